@@ -1,0 +1,3 @@
+"""hydro: time-dependent compressible granular hydrodynamics."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,112 @@
+"""The reference of all deck keys, written from the models: `python -m hydro.deck.reference > docs/decks.md`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le, Lt, MinLen
+
+from hydro.deck.model import KINDS, Among, Section, kinds_of, meaning, section_of
+
+INTRODUCTION = """\
+# Decks
+
+Written by `python -m hydro.deck.reference` from the models in `hydro/deck/model.py`.
+
+A deck is a TOML file. Its `kind` says what it asks for; everything else stands in sections.
+Any key can be changed on the command line: `section.key=value`, for example `time.end=10 wall.kind=thermal`.
+Where that switches the kind of a section, keys that only the other kinds know are dropped from it.
+Numbers are scaled: length `L_x`, density `n_c`, temperature `T_*`, hence velocity `T_*^(1/2)`, time `L_x/T_*^(1/2)`,
+pressure `n_c T_*`."""
+
+HEADER = "| key | type | default | allowed | meaning |\n|---|---|---|---|---|"
+WORDS = {float: "number", int: "whole number", str: "text"}
+BOUNDS = ((Gt, "gt", "> {}"), (Ge, "ge", ">= {}"), (Lt, "lt", "< {}"), (Le, "le", "<= {}"))
+
+
+def reference() -> str:
+    """The text of docs/decks.md: one table of keys for each section of each kind of deck."""
+    return "\n\n".join([INTRODUCTION, *(block for kind in KINDS for block in _deck(kind))]) + "\n"
+
+
+def _deck(kind: str) -> Iterator[str]:
+    model = KINDS[kind]
+    yield f'## kind = "{kind}"'
+    yield model.__doc__ or ""
+    for name in model.model_fields:
+        yield from _section(model, name, name, level=3)
+
+
+def _section(owner: type[Section], key: str, name: str, level: int) -> Iterator[str]:
+    """Heading, text and table of the section `key` of `owner`; nothing for a plain key."""
+    table, model = kinds_of(owner, key), section_of(owner, key)
+    if table is not None:
+        yield f"{'#' * level} [{name}]"
+        yield f"{meaning(owner, key)}. Default: {_default(owner, key)}.".replace("Default: required", "Required")
+        for kind, choice in table.items():
+            yield f'{"#" * (level + 1)} [{name}] kind = "{kind}"'
+            yield from _keys(choice, name, level + 1)
+    elif model is not None:
+        yield f"{'#' * level} [{name}]"
+        yield from _keys(model, name, level)
+
+
+def _keys(model: type[Section], name: str, level: int) -> Iterator[str]:
+    yield model.__doc__ or ""
+    rows = [_row(model, key) for key in model.model_fields if key != "kind"]
+    if rows:
+        yield "\n".join([HEADER, *rows])
+    for key in model.model_fields:
+        yield from _section(model, key, f"{name}.{key}", level + 1)
+
+
+def _row(model: type[Section], key: str) -> str:
+    field = model.model_fields[key]
+    kinds = kinds_of(model, key)
+    kind_of_value = "section" if kinds else _type(field.annotation)
+    allowed = ", ".join(kinds or dict.fromkeys([*_allowed(field.metadata), *_allowed_in(field.annotation)]))
+    return f"| `{key}` | {kind_of_value} | {_default(model, key)} | {allowed} | {meaning(model, key)} |"
+
+
+def _type(annotation: Any) -> str:
+    """An annotation in words."""
+    inner = [part for part in get_args(annotation) if part not in (type(None), Ellipsis)]
+    if get_origin(annotation) is not tuple:
+        return _type(inner[0]) if inner else WORDS[annotation]
+    count = "" if Ellipsis in get_args(annotation) else f"{len(inner)} "
+    return f"list of {count}{_type(inner[0])}s".replace("texts", "names")
+
+
+def _allowed(metadata: Any) -> Iterator[str]:
+    """Bounds and names in the metadata of a field, flattened."""
+    for item in metadata:
+        yield from _allowed(getattr(item, "metadata", ()))
+        yield from (words.format(getattr(item, name)) for bound, name, words in BOUNDS if isinstance(item, bound))
+        if isinstance(item, Among):
+            yield from (f"`{name}`" for name in item.names)
+        if isinstance(item, MinLen):
+            yield f"length >= {item.min_length}"
+
+
+def _allowed_in(annotation: Any) -> Iterator[str]:
+    """Bounds and names of the items of a list, and of what may also be None."""
+    yield from _allowed(getattr(annotation, "__metadata__", ()))
+    parts = [part for part in dict.fromkeys(get_args(annotation)) if part not in (type(None), Ellipsis)]
+    if len(parts) == 1:  # items that differ from each other are told apart by the description
+        yield from _allowed_in(parts[0])
+
+
+def _default(model: type[Section], key: str) -> str:
+    field = model.model_fields[key]
+    if field.is_required():
+        return "required"
+    if isinstance(field.default, Section):
+        return f'`kind = "{getattr(field.default, "kind", "")}"`'
+    if field.default in (None, ""):
+        return "none"
+    return f"`{list(field.default) if isinstance(field.default, tuple) else field.default!r}`".replace("'", '"')
+
+
+if __name__ == "__main__":
+    print(reference(), end="")

@@ -1,0 +1,1 @@
+"""Time-dependent compressible granular hydrodynamics: limiters, Riemann solvers, heat operator, integrators."""

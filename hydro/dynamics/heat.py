@@ -1,0 +1,366 @@
+"""Conduction, cooling and wall heat together at frozen density, by super-time-stepping.
+
+    n dT/dt = div(kappa grad T) - I,    kappa = k(n) T^(1/2),   I = q(n) T^(3/2)
+
+The heat operator here is the only one: its face conductivities (the mean of the two cells'), cooling and wall
+flux are those of every solver, so that a state which balances them is steady for all.
+
+RKL2 (Meyer, Balsara and Aslam, J. Comput. Phys. 257, 594, 2014) is a second-order Runge-Kutta method whose s
+stages reach (s^2+s-2)/4 explicit steps: conduction never sets the step. Balanced terms give zero in every
+stage, so a steady state stays. The heat given by the wall and lost in collisions go through the same
+recurrence as the temperature, so that the books balance to round-off.
+
+Cooling is then done again, cell by cell, under the mean conducted heat of the super-step and to third order:
+a second-order method with a negative error constant is too coarse for a cooling gas that nothing heats.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from hydro.jit import inline, kernel
+
+COOLING_FRACTION = 0.05  # of a cooling time at most, in one super-step
+SAFETY = 1.2  # of the spectral radius, for the conductivity's own dependence on temperature
+MOST_STAGES = 999
+
+# Fields of the work array, each (nx, ny).
+START, LAST, NEXT = 0, 1, 2  # temperature: at the start, and at the last two stages, which change places
+LOST = 2  # offset from LAST and NEXT to the energy per grain lost in collisions by the same stages
+CONDUCTED, COOLED = 5, 6  # rates at the start: heat conducted into a grain, heat lost by it
+CONDUCTION, COOLING, INVERSE = 7, 8, 9  # kappa/T^(1/2), I/(n T^(3/2)), 1/n
+FIELDS = 10
+
+# Rows of a thread's scratch, each (ny + 2,), with a ghost column on both sides.
+T_HERE, K_HERE, T_AHEAD, K_AHEAD, FLUX_BELOW, FLUX_ABOVE, DIVERGENCE, CONDUCTANCE = range(8)
+SCRATCH_ROWS = 8
+
+# Sums over a row of cells, each (nx,).
+LOSS, RADIUS, RATE = range(3)
+SUMS = 3
+
+ONE, TWO = np.uint64(1), np.uint64(2)
+
+
+class Geometry(NamedTuple):
+    """The mesh as the heat kernels see it: widths, inverse distances between centres, periodic sides."""
+
+    dx: np.ndarray  # (nx,)
+    dy: np.ndarray  # (ny,)
+    inverse_x: np.ndarray  # (nx+1,), face i lies between cells i-1 and i
+    inverse_y: np.ndarray  # (ny+1,)
+    periodic_x: bool
+    periodic_y: bool
+
+    @classmethod
+    def of(cls, mesh) -> Geometry:
+        return cls(mesh.dx, mesh.dy, inverse_distances(mesh.dx), inverse_distances(mesh.dy), *mesh.periodic)
+
+
+def inverse_distances(widths: np.ndarray) -> np.ndarray:
+    """One over the distance between neighbouring centres; at the ends, across a periodic side."""
+    padded = np.concatenate([widths[-1:], widths, widths[:1]])
+    return 2.0 / (padded[1:] + padded[:-1])
+
+
+class HeatArrays(NamedTuple):
+    """Work space of the heat kernels: 80 bytes per cell.
+
+    `wall_temperature`, shape (ny,), is the first guess for the temperature of the wall face. Zeros mean that
+    there is none yet. It has to be saved for a run to go on with the same bits.
+    """
+
+    work: np.ndarray  # (FIELDS, nx, ny)
+    scratch: np.ndarray  # (threads, SCRATCH_ROWS, ny+2)
+    sums: np.ndarray  # (SUMS, nx)
+    wall_temperature: np.ndarray  # (ny,)
+    wall_flux: np.ndarray  # (ny,), heat from the driving wall per length and time
+
+    @classmethod
+    def of(cls, mesh, threads: int) -> HeatArrays:
+        nx, ny = mesh.cells
+        scratch = np.zeros((threads, SCRATCH_ROWS, ny + 2))
+        return cls(np.zeros((FIELDS, nx, ny)), scratch, np.zeros((SUMS, nx)), np.zeros(ny), np.zeros(ny))
+
+
+@kernel
+def advance(gas, wall, geometry, arrays, state, dt):
+    """Heat the conserved `state` (4, nx, ny) for `dt`; returns the energy given by the wall and that lost by it."""
+    begin(gas, state, arrays)
+    if arrays.wall_temperature[0] == 0.0:
+        arrays.wall_temperature[:] = arrays.work[START, -1]
+    rate = arrays.sums[RATE].max()
+    supersteps = 1 + int(dt * rate / COOLING_FRACTION) if rate < np.inf else 1
+    given, lost = 0.0, 0.0
+    for _ in range(supersteps):
+        given += superstep(gas, wall, geometry, arrays, dt / supersteps)
+        correct(geometry, arrays, state, dt / supersteps)
+        lost += arrays.sums[LOSS].sum()
+    return given, lost
+
+
+@kernel
+def superstep(gas, wall, geometry, arrays, dt):
+    """One RKL2 step of temperature and losses, from START to LAST; returns the energy given by the wall."""
+    power = drive(gas, wall, geometry, arrays, START)
+    start_rates(geometry, arrays)
+    stages = stage_count(0.5 * dt * SAFETY * arrays.sums[RADIUS].max())
+    unit = 4.0 / (stages * stages + stages - 2.0)
+    first_stage(arrays.work, unit * dt / 3.0)
+    given_before, given = 0.0, unit * dt / 3.0 * power
+    for j in range(2, stages + 1):
+        mu, nu, rate, start_rate = coefficients(j, unit)
+        last = LAST if j % 2 == 0 else NEXT  # an odd number of stages: the result is in LAST
+        given_next = mu * given + nu * given_before + dt * start_rate * power
+        given_next += dt * rate * drive(gas, wall, geometry, arrays, last)
+        stage(geometry, arrays, last, mu, nu, rate * dt, start_rate * dt)
+        given_before, given = given, given_next
+    return given
+
+
+@kernel
+def drive(gas, wall, geometry, arrays, field):
+    """Heat flux from the wall x = 1 for the temperatures in `field`; returns its integral over the wall."""
+    nx, ny = arrays.work.shape[1:]
+    arrays.wall_flux[:] = 0.0
+    if geometry.periodic_x:
+        return 0.0
+    half_width = 0.5 * geometry.dx[nx - 1]
+    inverse, T, guess = arrays.work[INVERSE, nx - 1], arrays.work[field, nx - 1], arrays.wall_temperature
+    power = 0.0
+    for j in range(ny):
+        flux, guess[j] = wall.face(gas, 1.0 / inverse[j], T[j], half_width, guess[j])
+        arrays.wall_flux[j] = flux
+        power += flux * geometry.dy[j]
+    return power
+
+
+@inline
+def stage_count(explicit_steps):
+    """The smallest odd number of stages, three or more, that reaches so many explicit steps."""
+    enough = int(np.ceil(0.5 * (np.sqrt(9.0 + 16.0 * min(explicit_steps, 1e6)) - 1.0)))
+    return min(max(3, enough + 1 - enough % 2), MOST_STAGES)
+
+
+@inline
+def weight(j):
+    """b_j of RKL2."""
+    return 1.0 / 3.0 if j < 2 else (j * j + j - 2.0) / (2.0 * j * (j + 1.0))
+
+
+@inline
+def coefficients(j, unit):
+    """mu, nu, and the weights of the last and of the first rate in stage j of RKL2."""
+    mu = (2.0 * j - 1.0) / j * weight(j) / weight(j - 1)
+    nu = -(j - 1.0) / j * weight(j) / weight(j - 2)
+    return mu, nu, mu * unit, (weight(j - 1) - 1.0) * mu * unit
+
+
+@kernel(parallel=True)
+def begin(gas, state, arrays):
+    """Temperatures and coefficients of `state`, and per row the largest cooling rate I/(nT)."""
+    for i in prange(state.shape[1]):
+        begin_row(gas, state[0, i], state[1, i], state[2, i], state[3, i], arrays.work, arrays.sums, i)
+
+
+@kernel
+def begin_row(gas, density, momentum_x, momentum_y, energy, work, sums, i):
+    """Row i of `begin`."""
+    temperature, conduction, cooling, inverse = work[START, i], work[CONDUCTION, i], work[COOLING, i], work[INVERSE, i]
+    fastest = 0.0
+    for j in range(np.uint64(density.size)):
+        n = density[j]
+        over = 1.0 / n
+        T = (energy[j] - 0.5 * (momentum_x[j] ** 2 + momentum_y[j] ** 2) * over) * over
+        temperature[j] = T
+        conduction[j] = gas.conductivity_coefficient(n)
+        cooling[j] = gas.cooling_coefficient(n) * over
+        inverse[j] = over
+        fastest = max(fastest, cooling[j] * cooling[j] * T)
+    sums[RATE, i] = np.sqrt(fastest)
+
+
+@kernel
+def load_line(work, field, i, temperature, conductivity):
+    """Temperature and conductivity of row i into scratch rows, from column 1 on."""
+    T, coefficient = work[field, i], work[CONDUCTION, i]
+    for j in range(np.uint64(T.size)):
+        temperature[j + ONE] = T[j]
+        conductivity[j + ONE] = coefficient[j] * np.sqrt(T[j])
+
+
+@kernel
+def flux_line(geometry, wall_flux, face, s):
+    """Heat conducted through x face `face` toward smaller x, into scratch row FLUX_ABOVE.
+
+    Its cells are in the rows HERE and AHEAD. No heat comes from the wall x = 0.
+    """
+    T, K, T_ahead, K_ahead, flux = s[T_HERE], s[K_HERE], s[T_AHEAD], s[K_AHEAD], s[FLUX_ABOVE]
+    conductance = 0.5 * geometry.inverse_x[face]
+    if 0 < face < geometry.dx.size or geometry.periodic_x:
+        for k in range(np.uint64(flux.size)):
+            flux[k] = conductance * (K[k] + K_ahead[k]) * (T_ahead[k] - T[k])
+    else:
+        for k in range(np.uint64(wall_flux.size)):
+            flux[k + ONE] = 0.0 if face == 0 else wall_flux[k]
+
+
+@kernel
+def start_lines(geometry, arrays, field, i, s):
+    """Prepare the scratch rows for a sweep that starts with row i."""
+    before = (i - 1) % arrays.work.shape[1]
+    load_line(arrays.work, field, before, s[T_HERE], s[K_HERE])
+    load_line(arrays.work, field, i, s[T_AHEAD], s[K_AHEAD])
+    flux_line(geometry, arrays.wall_flux, i, s)
+
+
+@kernel
+def divergence_line(geometry, arrays, field, i, s):
+    """Divergence of the conducted heat in row i into scratch row DIVERGENCE; rows must be taken in order."""
+    nx, ny = arrays.work.shape[1:]
+    T, K, below, above, divergence = s[T_HERE], s[K_HERE], s[FLUX_BELOW], s[FLUX_ABOVE], s[DIVERGENCE]
+    for k in range(np.uint64(ny + 2)):
+        T[k], K[k], below[k] = s[T_AHEAD, k], s[K_AHEAD, k], above[k]
+    T[0], T[ny + 1] = (T[ny], T[1]) if geometry.periodic_y else (T[1], T[ny])
+    K[0], K[ny + 1] = (K[ny], K[1]) if geometry.periodic_y else (K[1], K[ny])
+    load_line(arrays.work, field, (i + 1) % nx, s[T_AHEAD], s[K_AHEAD])
+    flux_line(geometry, arrays.wall_flux, i + 1, s)
+    over_dx = 1.0 / geometry.dx[i]
+    dy, inverse_y = geometry.dy, geometry.inverse_y
+    for j in range(np.uint64(ny)):
+        k = j + ONE
+        up = 0.5 * inverse_y[k] * (K[k] + K[k + ONE]) * (T[k + ONE] - T[k])
+        down = 0.5 * inverse_y[j] * (K[j] + K[k]) * (T[k] - T[j])
+        divergence[k] = over_dx * (above[k] - below[k]) + (up - down) / dy[j]
+
+
+@kernel
+def conductance_line(geometry, arrays, i, s):
+    """Sum of a cell's face conductances over its area into scratch row CONDUCTANCE, after `divergence_line`.
+
+    The conductivity of the row behind is bounded by this row's: neighbours differ little.
+    """
+    nx, ny = arrays.work.shape[1:]
+    K, K_ahead, total = s[K_HERE], s[K_AHEAD], s[CONDUCTANCE]
+    dy, inverse_y = geometry.dy, geometry.inverse_y
+    below, above = geometry.inverse_x[i], geometry.inverse_x[i + 1]
+    over_dx = 1.0 / geometry.dx[i]
+    for j in range(np.uint64(ny)):
+        k = j + ONE
+        x_part = (below + above) * 0.5 * (K[k] + max(K[k], K_ahead[k])) * over_dx
+        y_part = inverse_y[k] * 0.5 * (K[k] + K[k + ONE]) + inverse_y[j] * 0.5 * (K[j] + K[k])
+        total[k] = x_part + y_part / dy[j]
+
+
+@kernel(parallel=True)
+def start_rates(geometry, arrays):
+    """Rates of conduction and cooling at the start, and per row a bound of the spectral radius."""
+    work = arrays.work
+    nx, ny = work.shape[1:]
+    bands = arrays.scratch.shape[0]
+    for part in prange(bands):
+        s = arrays.scratch[part]
+        first, stop = part * nx // bands, (part + 1) * nx // bands
+        start_lines(geometry, arrays, START, first, s)
+        for i in range(first, stop):
+            divergence_line(geometry, arrays, START, i, s)
+            conductance_line(geometry, arrays, i, s)
+            start_row(work, i, s[DIVERGENCE], s[CONDUCTANCE], arrays.sums)
+
+
+@kernel
+def start_row(work, i, divergence, conductance, sums):
+    """Rates of row i at the start from its divergence."""
+    T, inverse, cooling = work[START, i], work[INVERSE, i], work[COOLING, i]
+    conducted, cooled = work[CONDUCTED, i], work[COOLED, i]
+    radius = 0.0
+    for j in range(np.uint64(T.size)):
+        root = np.sqrt(T[j])
+        conducted[j] = divergence[j + ONE] * inverse[j]
+        cooled[j] = cooling[j] * T[j] * root
+        radius = max(radius, 2.0 * conductance[j + ONE] * inverse[j] + 1.5 * cooling[j] * root)
+    sums[RADIUS, i] = radius
+
+
+@kernel(parallel=True)
+def first_stage(work, rate):
+    """Stage 1 of RKL2 into LAST, with the start in NEXT."""
+    for i in prange(work.shape[1]):
+        first_row(work, i, rate)
+
+
+@kernel
+def first_row(work, i, rate):
+    """Row i of the first stage."""
+    start, conducted, cooled = work[START, i], work[CONDUCTED, i], work[COOLED, i]
+    T, T_next, lost, lost_next = work[LAST, i], work[NEXT, i], work[LAST + LOST, i], work[NEXT + LOST, i]
+    for j in range(np.uint64(start.size)):
+        T[j] = start[j] + rate * (conducted[j] - cooled[j])
+        T_next[j] = start[j]
+        lost[j] = rate * cooled[j]
+        lost_next[j] = 0.0
+
+
+@kernel(parallel=True)
+def stage(geometry, arrays, last, mu, nu, rate, start_rate):
+    """A later stage of RKL2, from the temperatures in field `last` into the other one."""
+    work = arrays.work
+    nx, ny = work.shape[1:]
+    bands = arrays.scratch.shape[0]
+    for part in prange(bands):
+        s = arrays.scratch[part]
+        first, stop = part * nx // bands, (part + 1) * nx // bands
+        start_lines(geometry, arrays, last, first, s)
+        for i in range(first, stop):
+            divergence_line(geometry, arrays, last, i, s)
+            stage_row(work, last, i, s[DIVERGENCE], mu, nu, rate, start_rate)
+
+
+@kernel
+def stage_row(work, last, i, divergence, mu, nu, rate, start_rate):
+    """Row i of a later stage."""
+    following = LAST + NEXT - last
+    T, T_next, T_start = work[last, i], work[following, i], work[START, i]
+    lost, lost_next = work[last + LOST, i], work[following + LOST, i]
+    conducted, cooled = work[CONDUCTED, i], work[COOLED, i]
+    inverse, cooling = work[INVERSE, i], work[COOLING, i]
+    rest = 1.0 - mu - nu
+    for j in range(np.uint64(T.size)):
+        loss = cooling[j] * T[j] * np.sqrt(T[j])
+        change = rate * (divergence[j + ONE] * inverse[j] - loss) + start_rate * (conducted[j] - cooled[j])
+        T_next[j] = mu * T[j] + nu * T_next[j] + rest * T_start[j] + change
+        lost_next[j] = mu * lost[j] + nu * lost_next[j] + rate * loss + start_rate * cooled[j]
+
+
+@kernel(parallel=True)
+def correct(geometry, arrays, state, dt):
+    """Cool each cell to third order under its mean conducted heat; put the change into energy and START."""
+    for i in prange(state.shape[1]):
+        correct_row(geometry, arrays.work, arrays.sums, state[0, i], state[3, i], i, dt)
+
+
+@kernel
+def correct_row(geometry, work, sums, density, energy, i, dt):
+    """Row i of `correct`.
+
+    With d the conducted heat per grain and time, and i = c T^(3/2) the loss, dT/dt = d - i; the loss over dt
+    is the Taylor series of i along this trajectory.
+    """
+    T, after, lost, cooling = work[START, i], work[LAST, i], work[LAST + LOST, i], work[COOLING, i]
+    total = 0.0
+    for j in range(np.uint64(density.size)):
+        conducted = after[j] - T[j] + lost[j]
+        c, root = cooling[j], np.sqrt(T[j])
+        i0 = c * T[j] * root
+        gain = conducted / dt - i0
+        i1 = 1.5 * c * root * gain
+        i2 = 1.5 * c * (0.5 * gain * gain / root - root * i1)
+        loss = dt * (i0 + dt * (0.5 * i1 + dt / 6.0 * i2))
+        change = conducted - loss
+        T[j] += change
+        energy[j] += density[j] * change
+        total += density[j] * loss * geometry.dy[j]
+    sums[LOSS, i] = total * geometry.dx[i]

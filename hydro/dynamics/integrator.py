@@ -1,0 +1,41 @@
+"""What the main loop asks of an integrator."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from hydro.registry import Registry
+from hydro.state import State
+
+INTEGRATORS: Registry[type[Integrator]] = Registry("integrator")
+
+
+class StepRejected(Exception):
+    """A step would leave the admissible states; the state is as it was before."""
+
+
+class Exchange(NamedTuple):
+    """Energy that crossed the system's border in one step, or was lost in it."""
+
+    wall: float = 0.0  # given by the driving wall
+    collisions: float = 0.0  # lost in collisions
+    friction: float = 0.0  # of the flow, lost by rolling friction
+    source: float = 0.0  # given by an added source term
+
+
+class Integrator(Protocol):
+    """Advances a state; knows nothing of output, progress or files."""
+
+    def largest_step(self, state: State) -> float:
+        """The largest time step that stability and accuracy allow from here."""
+
+    def step(self, state: State, dt: float) -> Exchange:
+        """Advance `state` in place by `dt`; StepRejected leaves it untouched."""
+
+    def memory(self) -> dict[str, np.ndarray]:
+        """What the integrator has to remember, beside the state, to go on with the same bits."""
+
+    def remember(self, memory: dict[str, np.ndarray]) -> None:
+        """Take back what `memory` gave."""

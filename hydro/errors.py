@@ -1,0 +1,47 @@
+"""What can go wrong, and the exit code that each kind of trouble has on the command line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+class HydroError(Exception):
+    """Base of every error that a user can cause or meet; shown without a traceback."""
+
+    exit_code = 3
+
+
+class RunFailed(HydroError):
+    """A run could not go on; the last good state is saved (exit code 3)."""
+
+
+@dataclass(frozen=True)
+class Complaint:
+    """One thing wrong with a deck: which key, its value, what is allowed, the nearest known name."""
+
+    key: str
+    problem: str
+    value: object = None
+    nearest: str | None = None
+
+    def __str__(self) -> str:
+        hint = f" (did you mean {self.nearest!r}?)" if self.nearest else ""
+        return f"{self.key}: {self.problem}{hint}"
+
+
+class DeckError(HydroError):
+    """A deck or a command-line argument is not valid (exit code 2). Lists every complaint at once."""
+
+    exit_code = 2
+
+    def __init__(self, complaints: list[Complaint] | str, source: str = "deck"):
+        self.complaints = [Complaint(source, complaints)] if isinstance(complaints, str) else complaints
+        lines = "\n".join(f"  {complaint}" for complaint in self.complaints)
+        count = "1 error" if len(self.complaints) == 1 else f"{len(self.complaints)} errors"
+        super().__init__(f"{source}: {count}\n{lines}")
+
+
+class CheckpointError(HydroError):
+    """A checkpoint cannot be read: missing, damaged, or of the wrong shape (exit code 2)."""
+
+    exit_code = 2

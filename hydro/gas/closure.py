@@ -1,0 +1,68 @@
+"""What every closure of a gas of nearly elastic hard disks shares.
+
+Hard disks have no energy scale of their own, so temperature enters only by power laws:
+
+    p = n T Z(n),    kappa = k(n) T^(1/2),    I = q(n) T^(3/2)
+
+A closure gives the compressibility factor `Z`, the coefficients `k` and `q`, and their slopes in n; pressure,
+sound speed and derivatives follow here. Scaled units: density n_c, length L_x, temperature T_*.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hydro.registry import Registry
+
+CLOSURES: Registry[Any] = Registry("closure")
+
+
+class HardDisks:
+    """Thermodynamics and derivatives that follow from a closure's Z, k and q.
+
+    All arguments and results are scalars or arrays of one shape, in scaled units. Nothing is checked:
+    outside 0 < n < 1, T > 0 the results have no meaning.
+    """
+
+    def pressure(self, n, T):
+        """p(n, T), Eq. (state)."""
+        return n * T * self.compressibility(n)
+
+    def pressure_slopes(self, n, T):
+        """(dp/dn, dp/dT) at fixed T and at fixed n."""
+        return T * (self.compressibility(n) + n * self.compressibility_slope(n)), n * self.compressibility(n)
+
+    def temperature(self, n, p):
+        """T(n, p), Eq. (state) solved for T."""
+        return p / (n * self.compressibility(n))
+
+    def adiabatic_exponent(self, n):
+        """n c^2 / p at constant entropy, for an internal energy T per grain (two translational degrees)."""
+        Z = self.compressibility(n)
+        return 1.0 + n * self.compressibility_slope(n) / Z + Z
+
+    def sound_speed(self, n, T):
+        """Adiabatic sound speed c(n, T)."""
+        return np.sqrt(T * self.compressibility(n) * self.adiabatic_exponent(n))
+
+    def sound_speed_at_pressure(self, n, p):
+        """Adiabatic sound speed as a function of n and p."""
+        return np.sqrt(p * self.adiabatic_exponent(n) / n)
+
+    def conductivity(self, n, T):
+        """Thermal conductivity kappa(n, T)."""
+        return self.conductivity_coefficient(n) * np.sqrt(T)
+
+    def conductivity_slopes(self, n, T):
+        """(dkappa/dn, dkappa/dT)."""
+        return self.conductivity_coefficient_slope(n) * np.sqrt(T), 0.5 * self.conductivity_coefficient(n) / np.sqrt(T)
+
+    def cooling(self, n, T):
+        """Energy lost in collisions per unit area and time, I(n, T)."""
+        return self.cooling_coefficient(n) * T * np.sqrt(T)
+
+    def cooling_slopes(self, n, T):
+        """(dI/dn, dI/dT)."""
+        return self.cooling_coefficient_slope(n) * T * np.sqrt(T), 1.5 * self.cooling_coefficient(n) * np.sqrt(T)

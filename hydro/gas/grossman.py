@@ -1,0 +1,78 @@
+"""The closures of Grossman, Zhou and Ben-Naim, Phys. Rev. E 55, 4200 (1997), as used in the paper."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hydro.gas.closure import CLOSURES, HardDisks
+from hydro.jit import compiled_methods
+
+A = 1.0 - math.sqrt(3.0 / 8.0)  # the number a of Eq. (meanfree)
+LAMBDA = math.sqrt(3.0 / 32.0)  # 1/(sqrt(8) n_c d^2): the mean free path over d is LAMBDA (1-n)/(n(1-an))
+
+
+class GrossmanConstants(NamedTuple):
+    """Constants of the scaled equations."""
+
+    L: float  # collisional loss, (32/3 gamma) (L_x/d)^2 (1-r^2)
+    K: float  # conduction, mu d/L_x
+    alpha: float = 1.15  # weight of the mean free path in the conductivity
+
+
+@CLOSURES.register("grossman")
+@compiled_methods
+class Grossman(GrossmanConstants, HardDisks):
+    """Interpolation between the dilute gas and close packing: Eqs. (state) and (meanfree) and the text after them."""
+
+    __slots__ = ()
+
+    def compressibility(self, n):
+        """Z = p/(n T) = (1+n)/(1-n), Eq. (state)."""
+        return (1.0 + n) / (1.0 - n)
+
+    def compressibility_slope(self, n):
+        """dZ/dn."""
+        return 2.0 / ((1.0 - n) * (1.0 - n))
+
+    def adiabatic_exponent(self, n):
+        """n c^2 / p = 2(1+2n)/(1-n^2): the general expression, simplified."""
+        return (2.0 + 4.0 * n) / ((1.0 - n) * (1.0 + n))
+
+    def sound_speed_at_pressure(self, n, p):
+        """c(n, p), with one division: it is the hottest line of the flow solver."""
+        return np.sqrt(p * (2.0 + 4.0 * n) / (n * (1.0 - n) * (1.0 + n)))
+
+    def density(self, p, T):
+        """n(p, T) in (0, 1): the positive root of T n^2 + (p+T) n - p = 0, without cancellation."""
+        return 2.0 * p / (p + T + np.sqrt((p + T) * (p + T) + 4.0 * p * T))
+
+    def mean_free_path(self, n):
+        """Mean free path over the grain diameter, Eq. (meanfree)."""
+        return LAMBDA * (1.0 - n) / (n * (1.0 - A * n))
+
+    def mean_free_path_slope(self, n):
+        """d(mean free path)/dn."""
+        return -LAMBDA * (1.0 - 2.0 * A * n + A * n * n) / (n * n * (1.0 - A * n) * (1.0 - A * n))
+
+    def conductivity_coefficient(self, n):
+        """k = kappa/T^(1/2) = K n (alpha lambda + 1)^2/lambda."""
+        path = self.mean_free_path(n)
+        return self.K * n * (self.alpha * path + 1.0) * (self.alpha * path + 1.0) / path
+
+    def conductivity_coefficient_slope(self, n):
+        """dk/dn."""
+        path = self.mean_free_path(n)
+        reach = self.alpha * path + 1.0
+        return self.K * reach / path * (reach + n * self.mean_free_path_slope(n) * (self.alpha - 1.0 / path))
+
+    def cooling_coefficient(self, n):
+        """q = I/T^(3/2) = K (3L/32) n/lambda."""
+        return self.K * self.L * 0.09375 * n / self.mean_free_path(n)
+
+    def cooling_coefficient_slope(self, n):
+        """dq/dn."""
+        path = self.mean_free_path(n)
+        return self.K * self.L * 0.09375 / path * (1.0 - n * self.mean_free_path_slope(n) / path)

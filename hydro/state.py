@@ -1,0 +1,75 @@
+"""The state of a run: conserved fields on a mesh at a time, and what follows from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydro.mesh import Mesh
+
+
+@dataclass
+class State:
+    """Conserved fields of a gas on a mesh.
+
+    conserved: (4, nx, ny), density n, momenta n u and n v, energy e = n T + n v^2/2. time: scaled.
+    gas: a closure with its constants. All scaled units; derived fields have shape (nx, ny).
+    """
+
+    gas: object
+    mesh: Mesh
+    conserved: np.ndarray
+    time: float = 0.0
+
+    @classmethod
+    def of(cls, gas, mesh: Mesh, density, temperature, velocity=(0.0, 0.0), time: float = 0.0) -> State:
+        """From density, temperature and velocity components, each a number or an array that fits (nx, ny)."""
+        n, T, u, v = (np.broadcast_to(np.asarray(field, float), mesh.cells) for field in (density, temperature, *velocity))
+        return cls(gas, mesh, np.array([n, n * u, n * v, n * T + 0.5 * n * (u * u + v * v)]), time)
+
+    def copy(self) -> State:
+        return State(self.gas, self.mesh, self.conserved.copy(), self.time)
+
+    @property
+    def density(self) -> np.ndarray:
+        return self.conserved[0]
+
+    @property
+    def velocity(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.conserved[1] / self.density, self.conserved[2] / self.density
+
+    @property
+    def kinetic_energy(self) -> np.ndarray:
+        """Energy of the flow per area."""
+        return 0.5 * (self.conserved[1] ** 2 + self.conserved[2] ** 2) / self.density
+
+    @property
+    def temperature(self) -> np.ndarray:
+        return (self.conserved[3] - self.kinetic_energy) / self.density
+
+    @property
+    def pressure(self) -> np.ndarray:
+        return self.gas.pressure(self.density, self.temperature)
+
+    @property
+    def speed(self) -> np.ndarray:
+        return np.hypot(*self.velocity)
+
+    @property
+    def mach(self) -> np.ndarray:
+        return self.speed / self.gas.sound_speed(self.density, self.temperature)
+
+    @property
+    def mass(self) -> float:
+        return self.mesh.integral(self.density)
+
+    @property
+    def energy(self) -> float:
+        return self.mesh.integral(self.conserved[3])
+
+
+def is_admissible(state: State) -> bool:
+    """Whether 0 < n < 1 and T > 0 in every cell."""
+    with np.errstate(all="ignore"):
+        return bool(np.all((state.density > 0.0) & (state.density < 1.0) & (state.temperature > 0.0)))
