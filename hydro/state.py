@@ -69,7 +69,20 @@ class State:
         return self.mesh.integral(self.conserved[3])
 
 
-def is_admissible(state: State) -> bool:
-    """Whether 0 < n < 1 and T > 0 in every cell."""
+def inadmissible(state: State) -> np.ndarray:
+    """Where n is not in (0, 1) or T not positive, shape (nx, ny)."""
     with np.errstate(all="ignore"):
-        return bool(np.all((state.density > 0.0) & (state.density < 1.0) & (state.temperature > 0.0)))
+        n, T = state.density, state.temperature
+        return ~((n > 0.0) & (n < 1.0) & (T > 0.0) & np.isfinite(state.conserved).all(axis=0))
+
+
+def worst_cell(state: State) -> str:
+    """A sentence on the first cell that is out of bounds."""
+    where = np.argwhere(inadmissible(state))
+    if not len(where):
+        return "every cell is admissible"
+    i, j = where[0]
+    with np.errstate(all="ignore"):
+        values = f"n = {state.density[i, j]:.4g}, T = {state.temperature[i, j]:.4g}"
+    place = f"cell ({i}, {j}) at x = {state.mesh.x[i]:.4g}, y = {state.mesh.y[j]:.4g}"
+    return f"{len(where)} cells would leave 0 < n < 1, T > 0; {place} would get {values}"

@@ -1,1 +1,6 @@
 """Time-dependent compressible granular hydrodynamics: limiters, Riemann solvers, heat operator, integrators."""
+
+from hydro.dynamics.godunov import Godunov
+from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, StepRejected
+
+__all__ = ["INTEGRATORS", "Exchange", "Godunov", "Integrator", "StepRejected"]

@@ -21,7 +21,7 @@ from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.jit import kernel
 from hydro.mesh import Mesh
-from hydro.state import State
+from hydro.state import State, worst_cell
 
 CELLS_PER_THREAD = 2048  # fewer are not worth waking a thread for
 
@@ -85,7 +85,7 @@ class Godunov:
         signal_rates(self.gas, self._next, self.mesh.dx, self.mesh.dy, self._rates)
         if not self._rates.max() < math.inf:
             self._heat.wall_temperature[:] = guess
-            raise StepRejected
+            raise StepRejected(worst_cell(State(self.gas, self.mesh, self._next)))
         state.conserved, self._next = self._next, state.conserved
         state.time += dt
         given = dt * self.mesh.integral(source[3]) if source.size else 0.0

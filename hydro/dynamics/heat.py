@@ -364,3 +364,12 @@ def correct_row(geometry, work, sums, density, energy, i, dt):
         energy[j] += density[j] * change
         total += density[j] * loss * geometry.dy[j]
     sums[LOSS, i] = total * geometry.dx[i]
+
+
+@kernel
+def wall_faces(gas, wall, density, temperature, half_width):
+    """Temperatures of the wall face for last cells of the given density and temperature, shapes (ny,)."""
+    faces = temperature.copy()
+    for j in range(faces.size):
+        faces[j] = wall.face(gas, density[j], temperature[j], half_width, temperature[j])[1]
+    return faces

@@ -13,7 +13,7 @@ INTEGRATORS: Registry[type[Integrator]] = Registry("integrator")
 
 
 class StepRejected(Exception):
-    """A step would leave the admissible states; the state is as it was before."""
+    """A step would leave the admissible states, and where; the state is as it was before."""
 
 
 class Exchange(NamedTuple):

@@ -1,0 +1,101 @@
+"""The command line. Heavy imports wait until a command needs them, so that --help answers at once."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from hydro.errors import HydroError
+
+USAGE = """\
+python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite]
+       python -m hydro check DECK.toml [section.key=value ...]"""
+
+EPILOG = """\
+A run writes output/<deck name>/ unless --output names another folder: the resolved deck, summary.json,
+history.csv, checkpoints and pictures. Exit codes: 0 done; 2 bad deck or arguments; 3 the run failed, its last
+good state is saved; 4 stopped by a signal, its state is saved."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    command = COMMANDS[words.pop(0)] if words and words[0] in COMMANDS else run
+    try:
+        return command(words)
+    except HydroError as error:
+        print(f"hydro: {error}", file=sys.stderr)
+        return error.exit_code
+
+
+def run(words: list[str]) -> int:
+    """Run a deck of any kind."""
+    parser = _parser("Run a problem deck.", EPILOG)
+    parser.add_argument("--output", type=Path, metavar="DIR", help="folder of the run")
+    parser.add_argument("--quiet", action="store_true", help="no progress, no closing lines")
+    parser.add_argument("--overwrite", action="store_true", help="replace a run that the folder holds")
+    options = parser.parse_intermixed_args(words)
+
+    from hydro.deck import dumps, load
+    from hydro.runs.folder import RunFolder
+
+    deck = load(options.deck, options.overrides)
+    folder = RunFolder(options.output or Path("output") / options.deck.stem)
+
+    from hydro.kinds import SOLVERS
+
+    folder.prepare(dumps(deck), options.overwrite)
+    summary = SOLVERS[deck.kind](deck, folder, options.quiet)
+    if not options.quiet:
+        print(closing_lines(summary, folder.path))
+    return 0
+
+
+def check(words: list[str]) -> int:
+    """Print the resolved deck, its scales and its warnings; run nothing."""
+    parser = _parser("Parse and validate a deck; print it resolved, with its physical scales and warnings.", None)
+    options = parser.parse_intermixed_args(words)
+
+    from hydro.deck import dumps, load
+
+    deck = load(options.deck, options.overrides)
+
+    from hydro.scales import scales, warnings
+
+    print(dumps(deck))
+    print("# scales (units: L_x, n_c, T_*)")
+    for scale in scales(deck):
+        print(f"# {scale}")
+    for warning in warnings(deck):
+        print(f"# warning: {warning}")
+    return 0
+
+
+COMMANDS: dict[str, Callable[[list[str]], int]] = {"check": check}
+
+
+def _parser(description: str, epilog: str | None) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        "python -m hydro", USAGE, description, epilog, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("deck", type=Path, metavar="DECK.toml", help="problem deck")
+    parser.add_argument("overrides", nargs="*", metavar="section.key=value", help="keys to override in the deck")
+    return parser
+
+
+def closing_lines(summary: dict, folder: Path) -> str:
+    """What a person wants to know at the end of a run."""
+    ledger = summary["energy_ledger"]
+    rows = [
+        f"t={row['time']:<8g} wall max {row['wall_max']:.4f}  min {row['wall_min']:.4f}  "
+        f"gas {row['gas_density']:.5f}  Mach {row['max_mach']:.1e}"
+        for row in summary["snapshots"]
+    ]
+    end = (
+        f"{summary['steps']} steps ({summary['rejected_steps']} rejected) in {summary['wall_seconds']:.1f} s; "
+        f"mass drift {summary['mass_drift']:.1e}, energy residual {ledger['residual']:.1e}\n"
+        f"results in {folder}"
+    )
+    return "\n".join([*rows, end])

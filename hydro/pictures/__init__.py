@@ -1,0 +1,1 @@
+"""Pictures of runs. Importing a module of this package imports matplotlib."""

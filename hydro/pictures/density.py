@@ -1,0 +1,58 @@
+"""Gray-scale maps of the density, laid out like Fig. 4 of the paper: dense is dark, each with its own scale."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from string import ascii_lowercase
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hydro.mesh import Mesh
+from hydro.pictures.style import save
+
+PANELS_IN_ROW = 4
+HEIGHT = 3.4  # of a panel whose box is taller than wide, in inches
+
+
+class Map(NamedTuple):
+    """What a panel shows: the density (nx, ny) on its mesh, the time, and the extremes along the wall x = 0."""
+
+    density: np.ndarray
+    mesh: Mesh
+    time: float
+    wall_max: float
+    wall_min: float
+
+
+def density_panels(path: Path, maps: Sequence[Map]) -> None:
+    """Draw `maps` side by side into one picture at `path`."""
+    ratio = maps[0].mesh.aspect_ratio
+    columns = min(len(maps), PANELS_IN_ROW)
+    rows = math.ceil(len(maps) / columns)
+    height = HEIGHT * min(1.0, max(ratio, 0.5))
+    figure = Figure(figsize=(columns * (height / ratio + 1.0), rows * (height + 0.75)), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for letter, axis, panel in zip(ascii_lowercase, axes, maps, strict=False):
+        draw(axis, panel, f"({letter})  " if len(maps) > 1 else "")
+    for unused in axes[len(maps) :]:
+        unused.remove()
+    save(figure, path)
+
+
+def draw(axis: Axes, panel: Map, label: str = "") -> None:
+    """One density map with its scale."""
+    mesh = panel.mesh
+    shades = axis.pcolormesh(mesh.x_faces, mesh.y_faces, panel.density.T, cmap="gray_r", vmin=0.0, rasterized=True)
+    axis.set_aspect("equal")
+    axis.set_title(f"{label}$t={panel.time:g}$", fontsize=10)
+    axis.set_xlabel(f"$x/L_x$\n$n(0,y)$: {panel.wall_min:.2g} to {panel.wall_max:.2g}")
+    if axis.get_subplotspec() is None or axis.get_subplotspec().is_first_col():
+        axis.set_ylabel("$y/L_x$")
+    scale = axis.figure.colorbar(shades, ax=axis, fraction=0.08, pad=0.03, shrink=0.9)
+    scale.set_label("$n/n_c$")
+    scale.ax.tick_params(labelsize=8)

@@ -1,0 +1,29 @@
+"""The look that all pictures share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+from matplotlib.figure import Figure
+
+from hydro.runs.files import replacing
+
+matplotlib.rcParams.update(
+    {
+        "font.family": "serif",
+        "mathtext.fontset": "cm",
+        "font.size": 10,
+        "axes.linewidth": 0.7,
+        "xtick.direction": "in",
+        "ytick.direction": "in",
+        "legend.frameon": False,
+        "savefig.dpi": 160,
+    }
+)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write `figure` to `path`, whole or not at all; the suffix picks the format."""
+    with replacing(path) as temporary:
+        figure.savefig(temporary, bbox_inches="tight")

@@ -1,0 +1,96 @@
+"""Checkpoints: everything that is needed to look at a state, or to go on from it, in one HDF5 file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+import hydro
+from hydro.errors import CheckpointError
+from hydro.mesh import Mesh
+from hydro.runs.files import replacing
+
+FORMAT = "hydro checkpoint"
+VERSION = 1
+
+# Name, long name and unit of the conserved fields, in the order of the state.
+FIELDS = (
+    ("density", "number density", "n_c"),
+    ("momentum_x", "momentum density along x", "n_c T_*^(1/2)"),
+    ("momentum_y", "momentum density along y", "n_c T_*^(1/2)"),
+    ("energy", "granular and flow energy density", "n_c T_*"),
+)
+FACES = (("x_faces", "cell faces in x"), ("y_faces", "cell faces in y"))
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """A saved moment of a run.
+
+    conserved: (4, nx, ny). ledger: pairs (sum, compensation) by entry, and the initial energy and mass.
+    memory: what the integrator remembers. deck: resolved TOML text.
+    """
+
+    mesh: Mesh
+    conserved: np.ndarray
+    time: float
+    steps: int
+    rejected: int
+    ledger: dict[str, tuple[float, float]]
+    memory: dict[str, np.ndarray]
+    deck: str
+
+
+def write_checkpoint(path: Path, saved: Checkpoint) -> None:
+    """Write `saved` to `path`, whole or not at all."""
+    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs.update(
+            format=FORMAT, format_version=VERSION, hydro_version=hydro.__version__, deck=saved.deck,
+            time=saved.time, time_unit="L_x/T_*^(1/2)", steps=saved.steps, rejected_steps=saved.rejected,
+            periodic=saved.mesh.periodic,
+        )  # fmt: skip
+        for (name, long_name, unit), field in zip(FIELDS, saved.conserved, strict=True):
+            _dataset(file, name, field, long_name, unit)
+        for (name, long_name), faces in zip(FACES, (saved.mesh.x_faces, saved.mesh.y_faces), strict=True):
+            _dataset(file, name, faces, long_name, "L_x")
+        file.create_group("ledger").attrs.update(saved.ledger)
+        memory = file.create_group("integrator")
+        for name, values in saved.memory.items():
+            memory.create_dataset(name, data=values)
+
+
+def _dataset(file: h5py.File, name: str, values: np.ndarray, long_name: str, unit: str) -> None:
+    dataset = file.create_dataset(name, data=values)
+    dataset.attrs.update(long_name=long_name, units=unit)
+
+
+def read_checkpoint(path: Path) -> Checkpoint:
+    """Read a checkpoint; CheckpointError says what is wrong with a file that is none."""
+    try:
+        with h5py.File(path, "r") as file:
+            return _read(file)
+    except FileNotFoundError:
+        raise CheckpointError(f"{path}: no such checkpoint") from None
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+        raise CheckpointError(f"{path}: not a readable checkpoint ({error})") from error
+
+
+def _read(file: h5py.File) -> Checkpoint:
+    if file.attrs.get("format") != FORMAT:
+        raise ValueError(f"its format is not {FORMAT!r}")
+    if file.attrs["format_version"] != VERSION:
+        raise ValueError(f"format version {file.attrs['format_version']}, this program reads {VERSION}")
+    x_faces, y_faces = (file[name][:] for name, _ in FACES)
+    mesh = Mesh(x_faces, y_faces, tuple(bool(side) for side in file.attrs["periodic"]))
+    conserved = np.array([file[name][:] for name, _, _ in FIELDS])
+    if conserved.shape[1:] != mesh.cells:
+        raise ValueError(f"fields of shape {conserved.shape[1:]} on a mesh of {mesh.cells} cells")
+    return Checkpoint(
+        mesh, conserved, float(file.attrs["time"]), int(file.attrs["steps"]), int(file.attrs["rejected_steps"]),
+        {name: tuple(map(float, entry)) for name, entry in file["ledger"].attrs.items()},
+        {name: values[:] for name, values in file["integrator"].items()},
+        str(file.attrs["deck"]),
+    )  # fmt: skip

@@ -1,0 +1,153 @@
+"""`kind = "evolution"`: from a deck to a folder with its run."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import resource
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from hydro.deck import EvolutionDeck, dumps
+from hydro.dynamics import INTEGRATORS
+from hydro.dynamics.integrator import Integrator, StepRejected
+from hydro.errors import HydroError
+from hydro.initial import initial_state
+from hydro.mesh import Mesh
+from hydro.runs.checkpoint import Checkpoint, write_checkpoint
+from hydro.runs.folder import RunFolder
+from hydro.runs.march import Run, march
+from hydro.runs.observables import snapshot
+from hydro.runs.trackers import AtTimes, History, ProgressBar, ProgressLines, StopOnSignal
+from hydro.setup import wall_of
+from hydro.state import State
+
+MOST_PANELS = 12
+
+
+def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
+    """Run the deck in its prepared folder; returns the summary.
+
+    A HydroError on the way (failure, signal) comes through after the last good state has been saved.
+    """
+    state, wall = initial_state(deck), wall_of(deck)
+    integrator = integrator_of(deck, state)
+    compile_seconds = warm_up(integrator, state)
+    run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
+    keeper = Keeper(deck, folder, wall, state.mesh)
+    with contextlib.ExitStack() as stack:
+        trackers = [
+            AtTimes(keeper.snapshot, deck.output_times),
+            AtTimes(keeper.checkpoint, every=deck.output.checkpoint_every),
+            History(folder.history, wall, deck.history_interval),
+            *([] if quiet else [stack.enter_context(progress(folder.path.name, run.end))]),
+            stack.enter_context(StopOnSignal()),
+        ]
+        try:
+            march(run, trackers)
+        except HydroError:
+            keeper.finish(run, compile_seconds, completed=False)
+            raise
+    return keeper.finish(run, compile_seconds, completed=True)
+
+
+def integrator_of(deck: EvolutionDeck, state: State) -> Integrator:
+    """The deck's integrator, ready for `state`."""
+    return INTEGRATORS[deck.time.integrator](
+        state.gas, wall_of(deck), state.mesh, tau=deck.gas.tau, cfl=deck.time.cfl,
+        limiter=deck.scheme.limiter, riemann=deck.scheme.riemann,
+    )  # fmt: skip
+
+
+def warm_up(integrator: Integrator, state: State) -> float:
+    """Compile, or load, all kernels by a step that leaves no trace; returns the seconds that took."""
+    started, memory = time.perf_counter(), integrator.memory()
+    with contextlib.suppress(StepRejected):
+        integrator.step(state.copy(), 1e-3 * integrator.largest_step(state))
+    integrator.remember(memory)
+    return time.perf_counter() - started
+
+
+def progress(title: str, end: float) -> ProgressBar | ProgressLines:
+    """A bar on a terminal, lines elsewhere."""
+    return ProgressBar(title, end) if sys.stderr.isatty() else ProgressLines(title, end)
+
+
+class Keeper:
+    """Keeps what a run leaves behind: snapshots, checkpoints, pictures and the summary."""
+
+    def __init__(self, deck: EvolutionDeck, folder: RunFolder, wall: Any, mesh: Mesh):
+        self.deck, self.folder, self.wall, self.mesh = deck, folder, wall, mesh
+        self.snapshots: list[dict[str, float]] = []
+        self._densities: list[np.ndarray] = []
+        self._saved_at = -math.inf
+        self._count = 0
+
+    def snapshot(self, run: Run) -> None:
+        """Note the observables, save a checkpoint and draw the density."""
+        self.snapshots.append(snapshot(run.state, self.wall))
+        self._densities.append(run.state.density.copy())
+        self.checkpoint(run)
+        self._draw([-1], f"density_{self._count:04d}")
+
+    def checkpoint(self, run: Run) -> None:
+        """Save the state, once for each time."""
+        if self._saved_at == run.state.time:
+            return
+        self._count += 1
+        self._saved_at = run.state.time
+        state = run.state
+        saved = Checkpoint(
+            state.mesh, state.conserved, state.time, run.steps, run.rejected,
+            run.ledger.entries(), run.integrator.memory(), dumps(self.deck),
+        )  # fmt: skip
+        write_checkpoint(self.folder.checkpoints / f"{self._count:04d}_t{state.time:g}.h5", saved)
+
+    def finish(self, run: Run, compile_seconds: float, completed: bool) -> dict[str, Any]:
+        """Save the last state, draw the pictures of the whole run, write the summary and return it."""
+        seconds = run.wall_seconds
+        self.checkpoint(run)
+        if self.snapshots:
+            self._draw(np.unique(np.linspace(0, len(self.snapshots) - 1, MOST_PANELS).astype(int)).tolist(), "density")
+        self._draw_history()
+        summary = {**self._summary(run, seconds, completed), "compile_seconds": compile_seconds}
+        self.folder.write_summary(summary)
+        return summary
+
+    def _summary(self, run: Run, seconds: float, completed: bool) -> dict[str, Any]:
+        state = run.state
+        return {
+            "kind": self.deck.kind,
+            "completed": completed,
+            "cells": list(state.mesh.cells),
+            "integrator": self.deck.time.integrator,
+            "tolerance": self.deck.time.tolerance,
+            "time": state.time,
+            "steps": run.steps,
+            "rejected_steps": run.rejected,
+            "wall_seconds": seconds,
+            "cell_updates_per_second": run.steps * state.density.size / seconds,
+            "peak_memory_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+            "mass_drift": state.mass / run.ledger.initial_mass - 1.0,
+            "energy_ledger": run.ledger.balance(state.energy),
+            "snapshots": self.snapshots,
+        }
+
+    def _draw(self, which: list[int], name: str) -> None:
+        from hydro.pictures.density import Map, density_panels  # matplotlib is slow to import
+
+        maps = [
+            Map(self._densities[k], self.mesh, *(self.snapshots[k][key] for key in ("time", "wall_max", "wall_min")))
+            for k in which
+        ]
+        density_panels(self.folder.pictures / f"{name}.png", maps)
+
+    def _draw_history(self) -> None:
+        from hydro.pictures.history import history_curves
+
+        rows = np.genfromtxt(self.folder.history, delimiter=",", names=True)
+        if rows.size > 1:
+            history_curves(self.folder.pictures / "history.png", rows)

@@ -1,0 +1,68 @@
+"""Numbers that describe a state: extremes along the wall x = 0, gas density at x = 1, and the like."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydro.dynamics.heat import wall_faces
+from hydro.mesh import Mesh
+from hydro.state import State
+
+
+def snapshot(state: State, wall) -> dict[str, float]:
+    """What the summary says of a state; see the functions below."""
+    low, high = wall_extremes(state.density, state.mesh)
+    return {
+        "time": state.time,
+        "wall_max": high,
+        "wall_min": low,
+        "gas_density": gas_density(state, wall),
+        "mean_pressure": state.mesh.integral(state.pressure) / state.mesh.aspect_ratio,
+        "max_speed": float(state.speed.max()),
+        "max_mach": float(state.mach.max()),
+    }
+
+
+def wall_extremes(density: np.ndarray, mesh: Mesh) -> tuple[float, float]:
+    """Smallest and largest n on the line x = 0, over all y, corners included; `density` has shape (nx, ny).
+
+    Fields are even about an elastic wall: the value there is that of the even parabola through the averages of
+    the first two cells. A largest or smallest value between walls is that of the parabola through three cells.
+    """
+    line = wall_profile(density, mesh)
+    candidates = [line, -peaks(-line), peaks(line)]
+    if not mesh.periodic[1]:
+        candidates += [even_extrapolation(line, mesh.dy), even_extrapolation(line[::-1], mesh.dy[::-1])]
+    values = np.concatenate([np.atleast_1d(part) for part in candidates])
+    return float(values.min()), float(values.max())
+
+
+def wall_profile(density: np.ndarray, mesh: Mesh) -> np.ndarray:
+    """n along the line x = 0, averages over the cells in y, shape (ny,)."""
+    return density[0] if mesh.periodic[0] else even_extrapolation(density, mesh.dx)
+
+
+def even_extrapolation(averages: np.ndarray, widths: np.ndarray) -> np.ndarray:
+    """Value at s=0 of a + b s^2 with the first two cell averages (along axis 0) of the given widths."""
+    near, far = widths[0], widths[0] + widths[1]
+    first = near**2 / 3.0
+    second = (far**3 - near**3) / (3.0 * widths[1])
+    return averages[0] - (averages[1] - averages[0]) * first / (second - first)
+
+
+def peaks(line: np.ndarray) -> np.ndarray:
+    """Heights of the local maxima inside a line of averages over even cells: vertices of parabolas."""
+    below, here, above = line[:-2], line[1:-1], line[2:]
+    top = (here > below) & (here >= above)
+    slope, bend = above[top] - below[top], below[top] - 2.0 * here[top] + above[top]
+    return here[top] - slope**2 / (8.0 * bend) - bend / 24.0
+
+
+def gas_density(state: State, wall) -> float:
+    """Mean of n over the face x = 1, with the wall's temperature from its heat law."""
+    mesh, density = state.mesh, state.density[-1]
+    if mesh.periodic[0] or state.gas.K == 0.0:
+        return float(density @ mesh.dy) / mesh.aspect_ratio
+    temperature = wall_faces(state.gas, wall, density, state.temperature[-1], 0.5 * mesh.dx[-1])
+    face = state.gas.density(state.pressure[-1], temperature)
+    return float(face @ mesh.dy) / mesh.aspect_ratio
