@@ -1,7 +1,7 @@
 """Compilation: how a function becomes a kernel, and where the machine code is kept.
 
-Two decorators. `kernel` compiles a function over arrays and caches the result on disk. `compiled_methods`
-makes the methods of a NamedTuple callable inside kernels: a closure, limiter or Riemann solver is written
+Decorators: `kernel` compiles a function over arrays and caches the result on disk; `part` and `inline` do so for
+its parts; `compiled_methods` makes the methods of a NamedTuple callable inside kernels: a closure, limiter or Riemann solver is written
 once, as a class of plain arithmetic, and works on numpy arrays as it stands and inside kernels specialized
 for it. The choice is made by type while compiling, so it costs nothing while running.
 """
@@ -43,6 +43,12 @@ def kernel(function: Callable | None = None, *, parallel: bool = False) -> Any:
         return lambda wrapped: kernel(wrapped, parallel=parallel)
     with _cache_directory():
         return numba.njit(cache=True, nogil=True, parallel=PRANGE_ONLY if parallel else False, **OPTIONS)(function)
+
+
+def part(function: Callable) -> Any:
+    """Compile a part of a kernel, that only kernels call: cheaper than `kernel`, for Python cannot call it."""
+    with _cache_directory():
+        return numba.njit(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)(function)
 
 
 def inline(function: Callable) -> Any:

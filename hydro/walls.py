@@ -17,7 +17,7 @@ from hydro.registry import Registry
 WALLS: Registry[Any] = Registry("wall")
 
 ITERATIONS = 50
-TOLERANCE = 1e-15
+TOLERANCE = 1e-8  # of the last of Newton's changes: the error left is of the order of its square
 
 
 @compiled_methods
@@ -38,7 +38,6 @@ class VibratingWall(NamedTuple):
         p = gas.pressure(n, T)
         kappa = gas.conductivity(n, T)
         wall = guess
-        flux = 0.0
         for _ in range(ITERATIONS):
             n_wall = gas.density(p, wall)
             p_n, p_T = gas.pressure_slopes(n_wall, wall)
@@ -46,17 +45,16 @@ class VibratingWall(NamedTuple):
             k_n, k_T = gas.conductivity_slopes(n_wall, wall)
             conductance = 0.5 * (kappa + gas.conductivity(n_wall, wall)) / half_width
             root = np.sqrt(wall)
-            flux = gas.K * self.W * n_wall * root
             slope = (
                 conductance
                 + 0.5 * (k_T + k_n * n_slope) * (wall - T) / half_width
                 - gas.K * self.W * (n_slope * root + 0.5 * n_wall / root)
             )
-            change = (flux - conductance * (wall - T)) / slope
+            change = (gas.K * self.W * n_wall * root - conductance * (wall - T)) / slope
             wall = max(wall + change, 0.5 * wall)
             if abs(change) <= TOLERANCE * wall:
                 break
-        return flux, wall
+        return gas.K * self.W * gas.density(p, wall) * np.sqrt(wall), wall
 
 
 @compiled_methods

@@ -7,8 +7,9 @@ fixed point for every step size.
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numba
@@ -18,12 +19,13 @@ from numba import prange
 from hydro.dynamics import hancock, heat
 from hydro.dynamics.integrator import INTEGRATORS, Exchange, StepRejected
 from hydro.dynamics.limiters import LIMITERS
+from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
-from hydro.jit import kernel
+from hydro.jit import kernel, part
 from hydro.mesh import Mesh
 from hydro.state import State, worst_cell
 
-CELLS_PER_THREAD = 2048  # fewer are not worth waking a thread for
+CELLS_PER_THREAD = 4096  # fewer are not worth waking a thread for
 
 Source = Callable[[float, Mesh], np.ndarray]
 
@@ -58,7 +60,7 @@ class Godunov:
         riemann: str = "hllc_lm",
         source: Source | None = None,
     ):
-        threads = worth_threads(mesh)
+        self.threads = threads = worth_threads(mesh)
         self.gas, self.wall, self.mesh, self.tau, self.cfl, self.source = gas, wall, mesh, tau, cfl, source
         self._flow = Flow(
             LIMITERS[limiter], RIEMANN_SOLVERS[riemann], mesh.spacing(0), mesh.spacing(1), np.array(mesh.periodic),
@@ -71,25 +73,52 @@ class Godunov:
 
     def largest_step(self, state: State) -> float:
         """cfl over the largest (|u|+c)/dx + (|v|+c)/dy; zero for an inadmissible state."""
-        signal_rates(self.gas, state.conserved, self.mesh.dx, self.mesh.dy, self._rates)
+        with thread_count(self.threads):
+            signal_rates(self.gas, state.conserved, self.mesh.dx, self.mesh.dy, self._half[0], self._rates)
         return self.cfl / self._rates.max()
 
     def step(self, state: State, dt: float) -> Exchange:
         """Advance `state` in place by `dt`; StepRejected, if n or T would leave its bounds, leaves it untouched."""
         guess = self._heat.wall_temperature.copy()
-        source = np.empty((4, 0, 0)) if self.source is None else self.source(state.time + 0.5 * dt, self.mesh)
-        wall, collisions, friction = strang_step(
-            self.gas, self.wall, self.tau, self._flow, self._geometry, self._heat, source,
-            dt, state.conserved, self._half, self._next,
-        )  # fmt: skip
-        signal_rates(self.gas, self._next, self.mesh.dx, self.mesh.dy, self._rates)
+        source = None if self.source is None else self.source(state.time + 0.5 * dt, self.mesh)
+        before, after = self._half, self._next
+        before[:] = state.conserved
+        with thread_count(self.threads):
+            self._add(source, before, dt)
+            first = self._heat_and_rub(before, 0.5 * dt)
+            self._flow_from(before, after, dt)
+            second = self._heat_and_rub(after, 0.5 * dt)
+            self._add(source, after, dt)
+            signal_rates(self.gas, after, self.mesh.dx, self.mesh.dy, before[0], self._rates)
         if not self._rates.max() < math.inf:
             self._heat.wall_temperature[:] = guess
             raise StepRejected(worst_cell(State(self.gas, self.mesh, self._next)))
         state.conserved, self._next = self._next, state.conserved
         state.time += dt
-        given = dt * self.mesh.integral(source[3]) if source.size else 0.0
-        return Exchange(wall, collisions, friction, given)
+        added = 0.0 if source is None else dt * self.mesh.integral(source[3])
+        return Exchange(*(one + other for one, other in zip(first, second, strict=True)), added)
+
+    def _add(self, source: np.ndarray | None, state: np.ndarray, dt: float) -> None:
+        """Half of the source over the whole step."""
+        if source is not None:
+            state += 0.5 * dt * source
+
+    def _heat_and_rub(self, state: np.ndarray, dt: float) -> tuple[float, float, float]:
+        """Heat and friction for `dt`; returns the energies given by the wall, lost in collisions and by friction."""
+        given, lost, rubbed = 0.0, 0.0, 0.0
+        if self.gas.K > 0.0:
+            given, lost = heat.advance(self.gas, self.wall, self._geometry, self._heat, state, dt)
+        if self.tau < math.inf:
+            rubbed = rub(self._geometry, state, math.exp(-dt / self.tau))
+        return given, lost, rubbed
+
+    def _flow_from(self, before: np.ndarray, after: np.ndarray, dt: float) -> None:
+        """The hydrodynamic update."""
+        flow = self._flow
+        hancock.advance(
+            self.gas, flow.limiter, flow.riemann, dt, flow.spacing_x, flow.spacing_y, flow.periodic,
+            before, after, flow.scratch,
+        )  # fmt: skip
 
     def memory(self) -> dict[str, np.ndarray]:
         """The wall temperature, first guess of the next solve for it."""
@@ -106,43 +135,27 @@ def worth_threads(mesh: Mesh) -> int:
     return max(1, min(numba.get_num_threads(), nx * ny // CELLS_PER_THREAD, nx))
 
 
-@kernel
-def strang_step(gas, wall, tau, flow, geometry, arrays, source, dt, old, half, new):
-    """One step from `old` into `new`; returns the energies given by the wall, lost in collisions and by friction."""
-    half[:] = old
-    if source.size:
-        half += 0.5 * dt * source
-    given, lost = heat_if_any(gas, wall, geometry, arrays, half, 0.5 * dt)
-    rubbed = rub_if_any(tau, geometry, half, 0.5 * dt)
-    hancock.advance(
-        gas, flow.limiter, flow.riemann, dt, flow.spacing_x, flow.spacing_y, flow.periodic, half, new, flow.scratch
-    )
-    rubbed += rub_if_any(tau, geometry, new, 0.5 * dt)
-    given_later, lost_later = heat_if_any(gas, wall, geometry, arrays, new, 0.5 * dt)
-    if source.size:
-        new += 0.5 * dt * source
-    return given + given_later, lost + lost_later, rubbed
+@contextlib.contextmanager
+def thread_count(threads: int) -> Iterator[None]:
+    """Use so many threads in kernels; a small mesh is faster without waking others."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(threads)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)
 
 
 @kernel
-def heat_if_any(gas, wall, geometry, arrays, state, dt):
-    """Conduction, cooling and wall heat; none without K."""
-    return heat.advance(gas, wall, geometry, arrays, state, dt) if gas.K > 0.0 else (0.0, 0.0)
-
-
-@kernel
-def rub_if_any(tau, geometry, state, dt):
-    """Slow the flow by rolling friction, exactly; returns the energy that takes."""
-    if tau == np.inf:
-        return 0.0
-    keep = np.exp(-dt / tau)
-    lost = np.empty(state.shape[1])
+def rub(geometry, state, keep):
+    """Slow the flow to `keep` of its velocity by rolling friction; returns the energy that takes."""
+    lost = 0.0
     for i in range(state.shape[1]):
-        lost[i] = geometry.dx[i] * rub_row(state[0, i], state[1, i], state[2, i], state[3, i], geometry.dy, keep)
-    return lost.sum()
+        lost += geometry.dx[i] * rub_row(state[0, i], state[1, i], state[2, i], state[3, i], geometry.dy, keep)
+    return lost
 
 
-@kernel
+@part
 def rub_row(density, momentum_x, momentum_y, energy, dy, keep):
     """Friction in one row of cells; returns the energy lost per width."""
     lost = 0.0
@@ -157,24 +170,25 @@ def rub_row(density, momentum_x, momentum_y, energy, dy, keep):
 
 
 @kernel(parallel=True)
-def signal_rates(gas, state, dx, dy, rates):
-    """Per row the largest (|u|+c)/dx + (|v|+c)/dy, shape (nx,); infinite where n or T is out of bounds."""
+def signal_rates(gas, state, dx, dy, work, rates):
+    """Per row the largest (|u|+c)/dx + (|v|+c)/dy, shape (nx,); infinite where n or T is out of bounds.
+
+    work: (nx, ny), overwritten.
+    """
     for i in prange(state.shape[1]):
-        signal_rate_row(gas, state[0, i], state[1, i], state[2, i], state[3, i], dx[i], dy, rates, i)
+        signal_rate_row(gas, state[0, i], state[1, i], state[2, i], state[3, i], 1.0 / dx[i], dy, work[i])
+        store_largest(work[i], rates, i)
 
 
-@kernel
-def signal_rate_row(gas, density, momentum_x, momentum_y, energy, dx, dy, rates, i):
-    """Row i of `signal_rates`."""
-    largest = 0.0
+@part
+def signal_rate_row(gas, density, momentum_x, momentum_y, energy, over_dx, dy, rates):
+    """Signal rates of one row of cells."""
     for j in range(np.uint64(density.size)):
         n = density[j]
         over = 1.0 / n
         u, v = abs(momentum_x[j] * over), abs(momentum_y[j] * over)
         T = energy[j] * over - 0.5 * (u * u + v * v)
         c = gas.sound_speed_at_pressure(n, gas.pressure(n, T))
-        rate = (u + c) / dx + (v + c) / dy[j]
-        allowed = n > 0.0 and n < 1.0 and T > 0.0 and rate < np.inf
-        rate = rate if allowed else np.inf
-        largest = rate if rate > largest else largest
-    rates[i] = largest
+        rate = (u + c) * over_dx + (v + c) / dy[j]
+        allowed = (n > 0.0) & (n < 1.0) & (T > 0.0) & (rate < np.inf)
+        rates[j] = rate if allowed else np.inf

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from hydro.jit import inline, kernel
+from hydro.jit import inline, kernel, part
 
 TILE = 128  # cells of a row that are updated at once
 GHOSTS = 2
@@ -47,15 +47,15 @@ def advance(gas, limiter, riemann, dt, spacing_x, spacing_y, periodic, old, new,
     nx, ny = old.shape[1:]
     tiles_y = (ny + TILE - 1) // TILE
     bands = scratch.shape[0]
-    for part in prange(bands):
+    for band in prange(bands):
         for tile in range(tiles_y):
             sweep(
-                gas, limiter, riemann, dt, spacing_x, spacing_y, periodic, old, new, scratch[part],
-                part * nx // bands, (part + 1) * nx // bands, tile * TILE, min(ny, (tile + 1) * TILE),
+                gas, limiter, riemann, dt, spacing_x, spacing_y, periodic, old, new, scratch[band],
+                band * nx // bands, (band + 1) * nx // bands, tile * TILE, min(ny, (tile + 1) * TILE),
             )  # fmt: skip
 
 
-@kernel
+@part
 def sweep(gas, limiter, riemann, dt, spacing_x, spacing_y, periodic, old, new, s, i0, i1, j0, j1):
     """Advance the cells [i0, i1) x [j0, j1), at most TILE of them in y; `s` is one thread's scratch."""
     nx, ny = old.shape[1:]
@@ -87,7 +87,7 @@ def source_index(index, count, periodic):
     return 2 * count - 1 - index if index >= count else index
 
 
-@kernel
+@part
 def load_cells(gas, old, i, j0, j1, s, start, sign_x, sign_y):
     """Primitive variables of the cells [j0, j1) of row i into the scratch array from `start` on."""
     density, momentum_x, momentum_y, energy = old[0, i, j0:j1], old[1, i, j0:j1], old[2, i, j0:j1], old[3, i, j0:j1]
@@ -101,7 +101,7 @@ def load_cells(gas, old, i, j0, j1, s, start, sign_x, sign_y):
         s[start + P + k] = (energy[k] - 0.5 * n * (u * u + v * v)) * gas.compressibility(n)
 
 
-@kernel
+@part
 def load_row(gas, periodic, old, s, i, j0, j1, row):
     """Primitive variables of row i, ghost cells included, into the scratch row `row`."""
     nx, ny = old.shape[1:]
@@ -115,7 +115,7 @@ def load_row(gas, periodic, old, s, i, j0, j1, row):
             load_cells(gas, old, i, at, at + 1, s, row + np.uint64(j - j0 + GHOSTS), sign_x, sign_y)
 
 
-@kernel
+@part
 def face_states(gas, limiter, dt, spacing_x, spacing_y, s, j0, j1):
     """States of row `HERE` at its four faces, half a step ahead."""
     half_x = 0.5 * dt / spacing_x[0]
@@ -162,7 +162,7 @@ def face_states(gas, limiter, dt, spacing_x, spacing_y, s, j0, j1):
         s[Y_HIGH + P + k] = p_half + 0.5 * p_y
 
 
-@kernel
+@part
 def fluxes_x(gas, riemann, s, count, at_wall):
     """Fluxes through the faces between row i-1 and row i."""
     for k in range(TWO, count + TWO):
@@ -180,7 +180,7 @@ def fluxes_x(gas, riemann, s, count, at_wall):
             close_face(s, FLUX_X + k, V)
 
 
-@kernel
+@part
 def fluxes_y(gas, riemann, s, count, low_wall, high_wall):
     """Fluxes through the y faces of row i; column k holds the face below cell k."""
     for k in range(TWO, count + TWO + ONE):
@@ -207,7 +207,7 @@ def close_face(s, face, transverse):
     s[face + P] = 0.0
 
 
-@kernel
+@part
 def update_row(dt_dx, dt, spacing_y, old, new, s, i, j0, j1):
     """Add the flux differences of row i."""
     widths = spacing_y[0, j0 + GHOSTS : j1 + GHOSTS]

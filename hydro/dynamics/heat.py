@@ -21,7 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from hydro.jit import inline, kernel
+from hydro.dynamics.reduce import store_largest
+from hydro.jit import inline, kernel, part
 
 COOLING_FRACTION = 0.05  # of a cooling time at most, in one super-step
 SAFETY = 1.2  # of the spectral radius, for the conductivity's own dependence on temperature
@@ -90,24 +91,22 @@ class HeatArrays(NamedTuple):
 def advance(gas, wall, geometry, arrays, state, dt):
     """Heat the conserved `state` (4, nx, ny) for `dt`; returns the energy given by the wall and that lost by it."""
     begin(gas, state, arrays)
-    if arrays.wall_temperature[0] == 0.0:
-        arrays.wall_temperature[:] = arrays.work[START, -1]
-    rate = arrays.sums[RATE].max()
+    rate = largest(arrays.sums[RATE])
     supersteps = 1 + int(dt * rate / COOLING_FRACTION) if rate < np.inf else 1
     given, lost = 0.0, 0.0
     for _ in range(supersteps):
         given += superstep(gas, wall, geometry, arrays, dt / supersteps)
         correct(geometry, arrays, state, dt / supersteps)
-        lost += arrays.sums[LOSS].sum()
+        lost += total(arrays.sums[LOSS])
     return given, lost
 
 
-@kernel
+@part
 def superstep(gas, wall, geometry, arrays, dt):
     """One RKL2 step of temperature and losses, from START to LAST; returns the energy given by the wall."""
     power = drive(gas, wall, geometry, arrays, START)
     start_rates(geometry, arrays)
-    stages = stage_count(0.5 * dt * SAFETY * arrays.sums[RADIUS].max())
+    stages = stage_count(0.5 * dt * SAFETY * largest(arrays.sums[RADIUS]))
     unit = 4.0 / (stages * stages + stages - 2.0)
     first_stage(arrays.work, unit * dt / 3.0)
     given_before, given = 0.0, unit * dt / 3.0 * power
@@ -121,21 +120,39 @@ def superstep(gas, wall, geometry, arrays, dt):
     return given
 
 
-@kernel
+@part
 def drive(gas, wall, geometry, arrays, field):
     """Heat flux from the wall x = 1 for the temperatures in `field`; returns its integral over the wall."""
     nx, ny = arrays.work.shape[1:]
-    arrays.wall_flux[:] = 0.0
     if geometry.periodic_x:
         return 0.0
     half_width = 0.5 * geometry.dx[nx - 1]
     inverse, T, guess = arrays.work[INVERSE, nx - 1], arrays.work[field, nx - 1], arrays.wall_temperature
     power = 0.0
     for j in range(ny):
-        flux, guess[j] = wall.face(gas, 1.0 / inverse[j], T[j], half_width, guess[j])
+        start = guess[j] if guess[j] > 0.0 else T[j]
+        flux, guess[j] = wall.face(gas, 1.0 / inverse[j], T[j], half_width, start)
         arrays.wall_flux[j] = flux
         power += flux * geometry.dy[j]
     return power
+
+
+@inline
+def total(values):
+    """Sum of an array."""
+    result = 0.0
+    for value in values:
+        result += value
+    return result
+
+
+@inline
+def largest(values):
+    """Maximum of an array that is nowhere negative; a NaN is passed over."""
+    result = 0.0
+    for value in values:
+        result = value if value > result else result
+    return result
 
 
 @inline
@@ -166,11 +183,11 @@ def begin(gas, state, arrays):
         begin_row(gas, state[0, i], state[1, i], state[2, i], state[3, i], arrays.work, arrays.sums, i)
 
 
-@kernel
+@part
 def begin_row(gas, density, momentum_x, momentum_y, energy, work, sums, i):
     """Row i of `begin`."""
     temperature, conduction, cooling, inverse = work[START, i], work[CONDUCTION, i], work[COOLING, i], work[INVERSE, i]
-    fastest = 0.0
+    rate = work[NEXT, i]
     for j in range(np.uint64(density.size)):
         n = density[j]
         over = 1.0 / n
@@ -179,11 +196,11 @@ def begin_row(gas, density, momentum_x, momentum_y, energy, work, sums, i):
         conduction[j] = gas.conductivity_coefficient(n)
         cooling[j] = gas.cooling_coefficient(n) * over
         inverse[j] = over
-        fastest = max(fastest, cooling[j] * cooling[j] * T)
-    sums[RATE, i] = np.sqrt(fastest)
+        rate[j] = cooling[j] * np.sqrt(T)
+    store_largest(rate, sums[RATE], i)
 
 
-@kernel
+@part
 def load_line(work, field, i, temperature, conductivity):
     """Temperature and conductivity of row i into scratch rows, from column 1 on."""
     T, coefficient = work[field, i], work[CONDUCTION, i]
@@ -192,7 +209,7 @@ def load_line(work, field, i, temperature, conductivity):
         conductivity[j + ONE] = coefficient[j] * np.sqrt(T[j])
 
 
-@kernel
+@part
 def flux_line(geometry, wall_flux, face, s):
     """Heat conducted through x face `face` toward smaller x, into scratch row FLUX_ABOVE.
 
@@ -208,7 +225,7 @@ def flux_line(geometry, wall_flux, face, s):
             flux[k + ONE] = 0.0 if face == 0 else wall_flux[k]
 
 
-@kernel
+@part
 def start_lines(geometry, arrays, field, i, s):
     """Prepare the scratch rows for a sweep that starts with row i."""
     before = (i - 1) % arrays.work.shape[1]
@@ -217,7 +234,7 @@ def start_lines(geometry, arrays, field, i, s):
     flux_line(geometry, arrays.wall_flux, i, s)
 
 
-@kernel
+@part
 def divergence_line(geometry, arrays, field, i, s):
     """Divergence of the conducted heat in row i into scratch row DIVERGENCE; rows must be taken in order."""
     nx, ny = arrays.work.shape[1:]
@@ -237,7 +254,7 @@ def divergence_line(geometry, arrays, field, i, s):
         divergence[k] = over_dx * (above[k] - below[k]) + (up - down) / dy[j]
 
 
-@kernel
+@part
 def conductance_line(geometry, arrays, i, s):
     """Sum of a cell's face conductances over its area into scratch row CONDUCTANCE, after `divergence_line`.
 
@@ -261,9 +278,9 @@ def start_rates(geometry, arrays):
     work = arrays.work
     nx, ny = work.shape[1:]
     bands = arrays.scratch.shape[0]
-    for part in prange(bands):
-        s = arrays.scratch[part]
-        first, stop = part * nx // bands, (part + 1) * nx // bands
+    for band in prange(bands):
+        s = arrays.scratch[band]
+        first, stop = band * nx // bands, (band + 1) * nx // bands
         start_lines(geometry, arrays, START, first, s)
         for i in range(first, stop):
             divergence_line(geometry, arrays, START, i, s)
@@ -271,18 +288,18 @@ def start_rates(geometry, arrays):
             start_row(work, i, s[DIVERGENCE], s[CONDUCTANCE], arrays.sums)
 
 
-@kernel
+@part
 def start_row(work, i, divergence, conductance, sums):
     """Rates of row i at the start from its divergence."""
     T, inverse, cooling = work[START, i], work[INVERSE, i], work[COOLING, i]
     conducted, cooled = work[CONDUCTED, i], work[COOLED, i]
-    radius = 0.0
+    radius = work[NEXT, i]
     for j in range(np.uint64(T.size)):
         root = np.sqrt(T[j])
         conducted[j] = divergence[j + ONE] * inverse[j]
         cooled[j] = cooling[j] * T[j] * root
-        radius = max(radius, 2.0 * conductance[j + ONE] * inverse[j] + 1.5 * cooling[j] * root)
-    sums[RADIUS, i] = radius
+        radius[j] = 2.0 * conductance[j + ONE] * inverse[j] + 1.5 * cooling[j] * root
+    store_largest(radius, sums[RADIUS], i)
 
 
 @kernel(parallel=True)
@@ -292,7 +309,7 @@ def first_stage(work, rate):
         first_row(work, i, rate)
 
 
-@kernel
+@part
 def first_row(work, i, rate):
     """Row i of the first stage."""
     start, conducted, cooled = work[START, i], work[CONDUCTED, i], work[COOLED, i]
@@ -310,16 +327,16 @@ def stage(geometry, arrays, last, mu, nu, rate, start_rate):
     work = arrays.work
     nx, ny = work.shape[1:]
     bands = arrays.scratch.shape[0]
-    for part in prange(bands):
-        s = arrays.scratch[part]
-        first, stop = part * nx // bands, (part + 1) * nx // bands
+    for band in prange(bands):
+        s = arrays.scratch[band]
+        first, stop = band * nx // bands, (band + 1) * nx // bands
         start_lines(geometry, arrays, last, first, s)
         for i in range(first, stop):
             divergence_line(geometry, arrays, last, i, s)
             stage_row(work, last, i, s[DIVERGENCE], mu, nu, rate, start_rate)
 
 
-@kernel
+@part
 def stage_row(work, last, i, divergence, mu, nu, rate, start_rate):
     """Row i of a later stage."""
     following = LAST + NEXT - last
@@ -342,7 +359,7 @@ def correct(geometry, arrays, state, dt):
         correct_row(geometry, arrays.work, arrays.sums, state[0, i], state[3, i], i, dt)
 
 
-@kernel
+@part
 def correct_row(geometry, work, sums, density, energy, i, dt):
     """Row i of `correct`.
 

@@ -1,0 +1,21 @@
+"""Reductions over rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydro.jit import part
+
+
+@part
+def store_largest(values, largest, i):
+    """largest[i] = the maximum of `values`, none of them negative; a NaN counts as larger than all numbers.
+
+    The bits of such numbers, read as integers, are in the same order, and a maximum of integers is vectorized
+    while one of numbers that may be NaN is not.
+    """
+    bits = values.view(np.int64)
+    most = np.int64(0)
+    for k in range(np.uint64(bits.size)):
+        most = max(most, bits[k])
+    largest.view(np.int64)[i] = most
