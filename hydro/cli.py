@@ -44,10 +44,10 @@ def run(words: list[str]) -> int:
     deck = load(options.deck, options.overrides)
     folder = RunFolder(options.output or Path("output") / options.deck.stem)
 
-    from hydro.kinds import SOLVERS
+    from hydro.kinds import KINDS
 
     folder.prepare(dumps(deck), options.overwrite)
-    summary = SOLVERS[deck.kind](deck, folder, options.quiet)
+    summary = KINDS[deck.kind].solve(deck, folder, options.quiet)
     if not options.quiet:
         print(closing_lines(summary, folder.path))
     return 0
@@ -62,14 +62,10 @@ def check(words: list[str]) -> int:
 
     deck = load(options.deck, options.overrides)
 
-    from hydro.scales import scales, warnings
+    from hydro.kinds import KINDS
 
     print(dumps(deck))
-    print("# scales (units: L_x, n_c, T_*)")
-    for scale in scales(deck):
-        print(f"# {scale}")
-    for warning in warnings(deck):
-        print(f"# warning: {warning}")
+    print("\n".join(f"# {line}" for line in KINDS[deck.kind].describe(deck)))
     return 0
 
 

@@ -58,7 +58,14 @@ def noise(pattern: model.NoisePattern, mesh: Mesh) -> np.ndarray:
 def patterned(deck: model.EvolutionDeck, gas, mesh: Mesh) -> State:
     """Mean density f times (1 + pattern), uniform temperature, at rest."""
     initial: Any = deck.initial
-    return State.of(gas, mesh, deck.gas.f * (1.0 + PATTERNS[initial.kind](initial, mesh)), initial.temperature)
+    factor = 1.0 + PATTERNS[initial.kind](initial, mesh)
+    return State.of(gas, mesh, area_fraction(deck) * factor, initial.temperature)
+
+
+def area_fraction(deck: model.EvolutionDeck) -> float:
+    """gas.f, which the deck has checked to be there for the states that need it."""
+    assert deck.gas.f is not None
+    return deck.gas.f
 
 
 for _name in ("cosine", "modes", "noise"):
@@ -69,7 +76,7 @@ for _name in ("cosine", "modes", "noise"):
 def uniform(deck: model.EvolutionDeck, gas, mesh: Mesh) -> State:
     """Uniform density, temperature and velocity."""
     initial: Any = deck.initial
-    return State.of(gas, mesh, deck.gas.f, initial.temperature, initial.velocity)
+    return State.of(gas, mesh, area_fraction(deck), initial.temperature, initial.velocity)
 
 
 def along(axis: str, values: np.ndarray) -> np.ndarray:

@@ -1,10 +1,21 @@
-"""What runs a deck of each kind: solve(deck, folder, quiet) -> summary."""
+"""What each kind of deck can do."""
+
+from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from hydro.registry import Registry
 from hydro.runs import evolution
+from hydro.scales import report
 
-SOLVERS: Registry[Callable[..., dict[str, Any]]] = Registry("kind")
-SOLVERS.add("evolution", evolution.solve)
+
+class Kind(NamedTuple):
+    """How a deck of one kind is run, and described without running it."""
+
+    solve: Callable[..., dict[str, Any]]  # (deck, prepared folder, quiet) -> summary
+    describe: Callable[..., list[str]]  # (deck) -> lines of scales and warnings
+
+
+KINDS: Registry[Kind] = Registry("kind")
+KINDS.add("evolution", Kind(evolution.solve, report))

@@ -33,9 +33,15 @@ class Scale:
         return f"{self.name:<28} {self.value:<12.4g} {self.meaning}"
 
 
-def scales(deck: EvolutionDeck) -> list[Scale]:
-    """Scales of the deck's gas, walls, mesh and run, in scaled units. DeckError if its initial state is not legal."""
+def report(deck: EvolutionDeck) -> list[str]:
+    """Lines on the scales of a deck, and its warnings. DeckError if its initial state is not legal."""
     state = initial_state(deck)
+    lines = ["scales (units: L_x, n_c, T_*)", *map(str, scales(deck, state))]
+    return lines + [f"warning: {warning}" for warning in warnings(deck, state)]
+
+
+def scales(deck: EvolutionDeck, state: State) -> list[Scale]:
+    """Scales of the deck's gas, walls, mesh and run from its initial state, in scaled units."""
     return [*_grain_scales(deck, state), *_time_scales(deck, state), *_mesh_scales(deck, state)]
 
 
@@ -86,9 +92,8 @@ def _mesh_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     ]
 
 
-def warnings(deck: EvolutionDeck) -> list[str]:
+def warnings(deck: EvolutionDeck, state: State) -> list[str]:
     """Where the assumptions behind the equations, or the mesh, are in doubt."""
-    state = initial_state(deck)
     mach, width = initial_mach(state), max(float(state.mesh.dx.min()), float(state.mesh.dy.max()))
     length, elasticity = thermal_length(state), inelasticity(deck)
     verdicts = [

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from hydro.deck import model
-from hydro.gas import CLOSURES
+from hydro.gas import CLOSURES, Closure
 from hydro.mesh import Mesh
 from hydro.walls import WALLS
 
 
-def gas_of(deck: model.EvolutionDeck):
+def gas_of(deck: model.EvolutionDeck) -> Closure:
     """The closure named by the deck, with its constants."""
     return CLOSURES[deck.gas.closure](L=deck.gas.L, K=deck.gas.K, alpha=deck.gas.alpha)
 

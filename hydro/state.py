@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydro.gas import Closure
 from hydro.mesh import Mesh
 
 
@@ -17,7 +18,7 @@ class State:
     gas: a closure with its constants. All scaled units; derived fields have shape (nx, ny).
     """
 
-    gas: object
+    gas: Closure
     mesh: Mesh
     conserved: np.ndarray
     time: float = 0.0
@@ -25,7 +26,8 @@ class State:
     @classmethod
     def of(cls, gas, mesh: Mesh, density, temperature, velocity=(0.0, 0.0), time: float = 0.0) -> State:
         """From density, temperature and velocity components, each a number or an array that fits (nx, ny)."""
-        n, T, u, v = (np.broadcast_to(np.asarray(field, float), mesh.cells) for field in (density, temperature, *velocity))
+        fields = (density, temperature, *velocity)
+        n, T, u, v = (np.broadcast_to(np.asarray(field, float), mesh.cells) for field in fields)
         return cls(gas, mesh, np.array([n, n * u, n * v, n * T + 0.5 * n * (u * u + v * v)]), time)
 
     def copy(self) -> State:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -21,6 +21,7 @@ from hydro.dynamics.integrator import INTEGRATORS, Exchange, StepRejected
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
+from hydro.gas import Closure
 from hydro.jit import kernel, part
 from hydro.mesh import Mesh
 from hydro.state import State, worst_cell
@@ -33,8 +34,8 @@ Source = Callable[[float, Mesh], np.ndarray]
 class Flow(NamedTuple):
     """What the hydrodynamic update needs beside the states."""
 
-    limiter: NamedTuple
-    riemann: NamedTuple
+    limiter: Any
+    riemann: Any
     spacing_x: np.ndarray
     spacing_y: np.ndarray
     periodic: np.ndarray
@@ -51,8 +52,8 @@ class Godunov:
 
     def __init__(
         self,
-        gas,
-        wall,
+        gas: Closure,
+        wall: Any,
         mesh: Mesh,
         tau: float = math.inf,
         cfl: float = 0.8,
@@ -95,8 +96,8 @@ class Godunov:
             raise StepRejected(worst_cell(State(self.gas, self.mesh, self._next)))
         state.conserved, self._next = self._next, state.conserved
         state.time += dt
-        added = 0.0 if source is None else dt * self.mesh.integral(source[3])
-        return Exchange(*(one + other for one, other in zip(first, second, strict=True)), added)
+        wall, collisions, friction = np.add(first, second).tolist()
+        return Exchange(wall, collisions, friction, 0.0 if source is None else dt * self.mesh.integral(source[3]))
 
     def _add(self, source: np.ndarray | None, state: np.ndarray, dt: float) -> None:
         """Half of the source over the whole step."""

@@ -36,8 +36,8 @@ CONDUCTION, COOLING, INVERSE = 7, 8, 9  # kappa/T^(1/2), I/(n T^(3/2)), 1/n
 FIELDS = 10
 
 # Rows of a thread's scratch, each (ny + 2,), with a ghost column on both sides.
-T_HERE, K_HERE, T_AHEAD, K_AHEAD, FLUX_BELOW, FLUX_ABOVE, DIVERGENCE, CONDUCTANCE = range(8)
-SCRATCH_ROWS = 8
+K_BEHIND, T_HERE, K_HERE, T_AHEAD, K_AHEAD, FLUX_BELOW, FLUX_ABOVE, DIVERGENCE, CONDUCTANCE = range(9)
+SCRATCH_ROWS = 9
 
 # Sums over a row of cells, each (nx,).
 LOSS, RADIUS, RATE = range(3)
@@ -235,20 +235,31 @@ def start_lines(geometry, arrays, field, i, s):
 
 
 @part
+def shift_lines(s):
+    """What was ahead is here, what was here is behind."""
+    K_behind, T, K, T_ahead, K_ahead = s[K_BEHIND], s[T_HERE], s[K_HERE], s[T_AHEAD], s[K_AHEAD]
+    below, above = s[FLUX_BELOW], s[FLUX_ABOVE]
+    for k in range(np.uint64(T.size)):
+        K_behind[k] = K[k]
+        T[k] = T_ahead[k]
+        K[k] = K_ahead[k]
+        below[k] = above[k]
+
+
+@part
 def divergence_line(geometry, arrays, field, i, s):
     """Divergence of the conducted heat in row i into scratch row DIVERGENCE; rows must be taken in order."""
     nx, ny = arrays.work.shape[1:]
     T, K, below, above, divergence = s[T_HERE], s[K_HERE], s[FLUX_BELOW], s[FLUX_ABOVE], s[DIVERGENCE]
-    for k in range(np.uint64(ny + 2)):
-        T[k], K[k], below[k] = s[T_AHEAD, k], s[K_AHEAD, k], above[k]
+    shift_lines(s)
     T[0], T[ny + 1] = (T[ny], T[1]) if geometry.periodic_y else (T[1], T[ny])
     K[0], K[ny + 1] = (K[ny], K[1]) if geometry.periodic_y else (K[1], K[ny])
     load_line(arrays.work, field, (i + 1) % nx, s[T_AHEAD], s[K_AHEAD])
     flux_line(geometry, arrays.wall_flux, i + 1, s)
     over_dx = 1.0 / geometry.dx[i]
     dy, inverse_y = geometry.dy, geometry.inverse_y
-    for j in range(np.uint64(ny)):
-        k = j + ONE
+    for k in range(ONE, np.uint64(ny + 1)):
+        j = k - ONE
         up = 0.5 * inverse_y[k] * (K[k] + K[k + ONE]) * (T[k + ONE] - T[k])
         down = 0.5 * inverse_y[j] * (K[j] + K[k]) * (T[k] - T[j])
         divergence[k] = over_dx * (above[k] - below[k]) + (up - down) / dy[j]
@@ -256,28 +267,36 @@ def divergence_line(geometry, arrays, field, i, s):
 
 @part
 def conductance_line(geometry, arrays, i, s):
-    """Sum of a cell's face conductances over its area into scratch row CONDUCTANCE, after `divergence_line`.
-
-    The conductivity of the row behind is bounded by this row's: neighbours differ little.
-    """
-    nx, ny = arrays.work.shape[1:]
-    K, K_ahead, total = s[K_HERE], s[K_AHEAD], s[CONDUCTANCE]
+    """Sum of a cell's face conductances over its area into scratch row CONDUCTANCE, after `divergence_line`."""
+    ny = arrays.work.shape[2]
+    K_behind, K, K_ahead, conductance = s[K_BEHIND], s[K_HERE], s[K_AHEAD], s[CONDUCTANCE]
     dy, inverse_y = geometry.dy, geometry.inverse_y
     below, above = geometry.inverse_x[i], geometry.inverse_x[i + 1]
     over_dx = 1.0 / geometry.dx[i]
-    for j in range(np.uint64(ny)):
-        k = j + ONE
-        x_part = (below + above) * 0.5 * (K[k] + max(K[k], K_ahead[k])) * over_dx
-        y_part = inverse_y[k] * 0.5 * (K[k] + K[k + ONE]) + inverse_y[j] * 0.5 * (K[j] + K[k])
-        total[k] = x_part + y_part / dy[j]
+    for k in range(ONE, np.uint64(ny + 1)):
+        j = k - ONE
+        x_part = below * (K_behind[k] + K[k]) + above * (K[k] + K_ahead[k])
+        y_part = inverse_y[j] * (K[j] + K[k]) + inverse_y[k] * (K[k] + K[k + ONE])
+        conductance[k] = 0.5 * (x_part * over_dx + y_part / dy[j])
+
+
+@part
+def wall_conductance(geometry, arrays, s):
+    """Add that of the driving wall to the last row's conductances: what the heat law gave, or the cell's own."""
+    over_dx = 1.0 / geometry.dx[-1]
+    T, K, conductance = s[T_HERE], s[K_HERE], s[CONDUCTANCE]
+    flux, wall_temperature = arrays.wall_flux, arrays.wall_temperature
+    for j in range(flux.size):
+        gap = abs(wall_temperature[j] - T[j + 1])
+        given = abs(flux[j]) / gap if gap > 0.0 else 0.0
+        conductance[j + 1] += max(given, 2.0 * over_dx * K[j + 1]) * over_dx
 
 
 @kernel(parallel=True)
 def start_rates(geometry, arrays):
     """Rates of conduction and cooling at the start, and per row a bound of the spectral radius."""
     work = arrays.work
-    nx, ny = work.shape[1:]
-    bands = arrays.scratch.shape[0]
+    nx, bands = work.shape[1], arrays.scratch.shape[0]
     for band in prange(bands):
         s = arrays.scratch[band]
         first, stop = band * nx // bands, (band + 1) * nx // bands
@@ -285,6 +304,8 @@ def start_rates(geometry, arrays):
         for i in range(first, stop):
             divergence_line(geometry, arrays, START, i, s)
             conductance_line(geometry, arrays, i, s)
+            if i == nx - 1 and not geometry.periodic_x:
+                wall_conductance(geometry, arrays, s)
             start_row(work, i, s[DIVERGENCE], s[CONDUCTANCE], arrays.sums)
 
 
@@ -325,8 +346,7 @@ def first_row(work, i, rate):
 def stage(geometry, arrays, last, mu, nu, rate, start_rate):
     """A later stage of RKL2, from the temperatures in field `last` into the other one."""
     work = arrays.work
-    nx, ny = work.shape[1:]
-    bands = arrays.scratch.shape[0]
+    nx, bands = work.shape[1], arrays.scratch.shape[0]
     for band in prange(bands):
         s = arrays.scratch[band]
         first, stop = band * nx // bands, (band + 1) * nx // bands

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from hydro.registry import Registry
 from hydro.state import State
 
-INTEGRATORS: Registry[type[Integrator]] = Registry("integrator")
+INTEGRATORS: Registry[Callable[..., Integrator]] = Registry("integrator")
 
 
 class StepRejected(Exception):

@@ -10,13 +10,46 @@ sound speed and derivatives follow here. Scaled units: density n_c, length L_x, 
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 
 from hydro.registry import Registry
 
-CLOSURES: Registry[Any] = Registry("closure")
+CLOSURES: Registry[Callable[..., Any]] = Registry("closure")
+
+
+class Closure(Protocol):
+    """What solvers ask of a gas. A new closure derives from a NamedTuple of its constants and from `HardDisks`,
+    and gives the methods that are listed first; all take and return numbers or arrays of one shape.
+    """
+
+    @property
+    def L(self) -> float: ...  # collisional loss
+
+    @property
+    def K(self) -> float: ...  # conduction
+
+    def compressibility(self, n): ...  # Z(n)
+    def compressibility_slope(self, n): ...  # dZ/dn
+    def density(self, p, T): ...  # n(p, T)
+    def mean_free_path(self, n): ...  # over the grain diameter
+    def conductivity_coefficient(self, n): ...  # k(n)
+    def conductivity_coefficient_slope(self, n): ...  # dk/dn
+    def cooling_coefficient(self, n): ...  # q(n)
+    def cooling_coefficient_slope(self, n): ...  # dq/dn
+
+    def pressure(self, n, T): ...
+    def pressure_slopes(self, n, T): ...
+    def temperature(self, n, p): ...
+    def adiabatic_exponent(self, n): ...
+    def sound_speed(self, n, T): ...
+    def sound_speed_at_pressure(self, n, p): ...
+    def conductivity(self, n, T): ...
+    def conductivity_slopes(self, n, T): ...
+    def cooling(self, n, T): ...
+    def cooling_slopes(self, n, T): ...
 
 
 class HardDisks:
@@ -25,6 +58,13 @@ class HardDisks:
     All arguments and results are scalars or arrays of one shape, in scaled units. Nothing is checked:
     outside 0 < n < 1, T > 0 the results have no meaning.
     """
+
+    compressibility: Callable
+    compressibility_slope: Callable
+    conductivity_coefficient: Callable
+    conductivity_coefficient_slope: Callable
+    cooling_coefficient: Callable
+    cooling_coefficient_slope: Callable
 
     def pressure(self, n, T):
         """p(n, T), Eq. (state)."""

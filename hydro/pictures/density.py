@@ -37,8 +37,10 @@ def density_panels(path: Path, maps: Sequence[Map]) -> None:
     height = HEIGHT * min(1.0, max(ratio, 0.5))
     figure = Figure(figsize=(columns * (height / ratio + 1.0), rows * (height + 0.75)), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    for letter, axis, panel in zip(ascii_lowercase, axes, maps, strict=False):
+    for number, (letter, axis, panel) in enumerate(zip(ascii_lowercase, axes, maps, strict=False)):
         draw(axis, panel, f"({letter})  " if len(maps) > 1 else "")
+        if number % columns == 0:
+            axis.set_ylabel("$y/L_x$")
     for unused in axes[len(maps) :]:
         unused.remove()
     save(figure, path)
@@ -51,8 +53,6 @@ def draw(axis: Axes, panel: Map, label: str = "") -> None:
     axis.set_aspect("equal")
     axis.set_title(f"{label}$t={panel.time:g}$", fontsize=10)
     axis.set_xlabel(f"$x/L_x$\n$n(0,y)$: {panel.wall_min:.2g} to {panel.wall_max:.2g}")
-    if axis.get_subplotspec() is None or axis.get_subplotspec().is_first_col():
-        axis.set_ylabel("$y/L_x$")
     scale = axis.figure.colorbar(shades, ax=axis, fraction=0.08, pad=0.03, shrink=0.9)
     scale.set_label("$n/n_c$")
     scale.ax.tick_params(labelsize=8)

@@ -84,13 +84,14 @@ def _read(file: h5py.File) -> Checkpoint:
     if file.attrs["format_version"] != VERSION:
         raise ValueError(f"format version {file.attrs['format_version']}, this program reads {VERSION}")
     x_faces, y_faces = (file[name][:] for name, _ in FACES)
-    mesh = Mesh(x_faces, y_faces, tuple(bool(side) for side in file.attrs["periodic"]))
+    periodic_x, periodic_y = (bool(side) for side in file.attrs["periodic"])
+    mesh = Mesh(x_faces, y_faces, (periodic_x, periodic_y))
     conserved = np.array([file[name][:] for name, _, _ in FIELDS])
     if conserved.shape[1:] != mesh.cells:
         raise ValueError(f"fields of shape {conserved.shape[1:]} on a mesh of {mesh.cells} cells")
     return Checkpoint(
         mesh, conserved, float(file.attrs["time"]), int(file.attrs["steps"]), int(file.attrs["rejected_steps"]),
-        {name: tuple(map(float, entry)) for name, entry in file["ledger"].attrs.items()},
+        {name: (float(entry[0]), float(entry[1])) for name, entry in file["ledger"].attrs.items()},
         {name: values[:] for name, values in file["integrator"].items()},
         str(file.attrs["deck"]),
     )  # fmt: skip

@@ -19,7 +19,7 @@ from hydro.initial import initial_state
 from hydro.mesh import Mesh
 from hydro.runs.checkpoint import Checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
-from hydro.runs.march import Run, march
+from hydro.runs.march import Run, Tracker, march
 from hydro.runs.observables import snapshot
 from hydro.runs.trackers import AtTimes, History, ProgressBar, ProgressLines, StopOnSignal
 from hydro.setup import wall_of
@@ -39,13 +39,14 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
     run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
     keeper = Keeper(deck, folder, wall, state.mesh)
     with contextlib.ExitStack() as stack:
-        trackers = [
+        trackers: list[Tracker] = [
             AtTimes(keeper.snapshot, deck.output_times),
             AtTimes(keeper.checkpoint, every=deck.output.checkpoint_every),
             History(folder.history, wall, deck.history_interval),
-            *([] if quiet else [stack.enter_context(progress(folder.path.name, run.end))]),
             stack.enter_context(StopOnSignal()),
         ]
+        if not quiet:
+            trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
         try:
             march(run, trackers)
         except HydroError:

@@ -31,7 +31,10 @@ class Ledger:
 
     initial_energy: float
     initial_mass: float
-    sums: dict[str, CompensatedSum] = field(default_factory=lambda: {name: CompensatedSum() for name in Exchange._fields})
+    sums: dict[str, CompensatedSum] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.sums = {name: CompensatedSum() for name in Exchange._fields}
 
     def book(self, exchange: Exchange) -> None:
         """Enter one step."""

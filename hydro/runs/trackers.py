@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from hydro.errors import HydroError
-from hydro.runs.march import Run
+from hydro.runs.march import Run, Tracker
 from hydro.runs.observables import snapshot
 
 
@@ -25,7 +25,7 @@ class Stopped(HydroError):
     exit_code = 4
 
 
-class Quiet:
+class Quiet(Tracker):
     """Base of trackers that do not care when steps end."""
 
     def next_stop(self, time: float) -> float:
