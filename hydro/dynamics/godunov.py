@@ -76,7 +76,7 @@ class Godunov:
         """cfl over the largest (|u|+c)/dx + (|v|+c)/dy; zero for an inadmissible state."""
         with thread_count(self.threads):
             signal_rates(self.gas, state.conserved, self.mesh.dx, self.mesh.dy, self._half[0], self._rates)
-        return self.cfl / self._rates.max()
+        return self.cfl / float(self._rates.max())
 
     def step(self, state: State, dt: float) -> Exchange:
         """Advance `state` in place by `dt`; StepRejected, if n or T would leave its bounds, leaves it untouched."""

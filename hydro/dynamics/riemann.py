@@ -16,7 +16,9 @@ class HLLC(NamedTuple):
 
     Below the Mach number `mach_limit` the jump of velocity across the face shrinks in proportion to the Mach
     number (Thornber et al., J. Comput. Phys. 227, 4873, 2008): its acoustic dissipation, of order rho c du,
-    otherwise swamps the pressure differences, of order rho u^2, that drive a slow flow. Zero means plain HLLC.
+    otherwise swamps the pressure differences, of order rho u^2, that drive a slow flow. It never shrinks below
+    what a sound wave with this jump of pressure has, dp/(rho c): sound, slow or not, is upwinded as in plain
+    HLLC. Zero means plain HLLC.
     """
 
     mach_limit: float
@@ -32,7 +34,10 @@ class HLLC(NamedTuple):
         mean = 0.5 * (u_l + u_r)
         half_jump = 0.5 * (u_r - u_l)
         mach = max(abs(u_l), abs(u_r)) / min(c_l, c_r)
-        half_jump = half_jump * mach / self.mach_limit if mach < self.mach_limit else half_jump
+        sound = abs(p_r - p_l) / (n_l * c_l + n_r * c_r)
+        size = min(abs(half_jump), max(abs(half_jump) * mach / self.mach_limit, sound))
+        slow = size if half_jump >= 0.0 else -size
+        half_jump = slow if mach < self.mach_limit else half_jump
         u_l = mean - half_jump
         u_r = mean + half_jump
 

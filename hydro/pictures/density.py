@@ -16,6 +16,7 @@ from hydro.mesh import Mesh
 from hydro.pictures.style import save
 
 PANELS_IN_ROW = 4
+SLENDER = 6.0  # aspect ratios beyond this, or its inverse, are not drawn to scale
 HEIGHT = 3.4  # of a panel whose box is taller than wide, in inches
 
 
@@ -31,10 +32,10 @@ class Map(NamedTuple):
 
 def density_panels(path: Path, maps: Sequence[Map]) -> None:
     """Draw `maps` side by side into one picture at `path`."""
-    ratio = maps[0].mesh.aspect_ratio
+    ratio = drawn_ratio(maps[0].mesh)
     columns = min(len(maps), PANELS_IN_ROW)
     rows = math.ceil(len(maps) / columns)
-    height = HEIGHT * min(1.0, max(ratio, 0.5))
+    height = HEIGHT * min(1.0, max(ratio, 0.4))
     figure = Figure(figsize=(columns * (height / ratio + 1.0), rows * (height + 0.75)), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for number, (letter, axis, panel) in enumerate(zip(ascii_lowercase, axes, maps, strict=False)):
@@ -46,11 +47,16 @@ def density_panels(path: Path, maps: Sequence[Map]) -> None:
     save(figure, path)
 
 
+def drawn_ratio(mesh: Mesh) -> float:
+    """Height over width of a map: that of the box, unless it is too slender to be seen to scale."""
+    return min(max(mesh.aspect_ratio, 1.0 / SLENDER), SLENDER)
+
+
 def draw(axis: Axes, panel: Map, label: str = "") -> None:
     """One density map with its scale."""
     mesh = panel.mesh
     shades = axis.pcolormesh(mesh.x_faces, mesh.y_faces, panel.density.T, cmap="gray_r", vmin=0.0, rasterized=True)
-    axis.set_aspect("equal")
+    axis.set_aspect(drawn_ratio(mesh) / mesh.aspect_ratio)
     axis.set_title(f"{label}$t={panel.time:g}$", fontsize=10)
     axis.set_xlabel(f"$x/L_x$\n$n(0,y)$: {panel.wall_min:.2g} to {panel.wall_max:.2g}")
     scale = axis.figure.colorbar(shades, ax=axis, fraction=0.08, pad=0.03, shrink=0.9)

@@ -22,7 +22,8 @@ def history_curves(path: Path, history: np.ndarray) -> None:
         above.semilogy(history["time"], history[column], dash, color="black", label=label)
     above.set_ylabel("density $n/n_c$")
     above.legend()
-    below.semilogy(history["time"], np.maximum(history["max_mach"], 1e-16), color="black")
+    moving = history["max_mach"] > 0.0
+    below.semilogy(history["time"][moving], history["max_mach"][moving], color="black")
     below.set_ylabel("largest Mach number")
     below.set_xlabel("time $t\\,T_*^{1/2}/L_x$")
     save(figure, path)

@@ -83,16 +83,16 @@ class Keeper:
     def __init__(self, deck: EvolutionDeck, folder: RunFolder, wall: Any, mesh: Mesh):
         self.deck, self.folder, self.wall, self.mesh = deck, folder, wall, mesh
         self.snapshots: list[dict[str, float]] = []
-        self._densities: list[np.ndarray] = []
+        self._states: list[State] = []
         self._saved_at = -math.inf
         self._count = 0
 
     def snapshot(self, run: Run) -> None:
         """Note the observables, save a checkpoint and draw the density."""
         self.snapshots.append(snapshot(run.state, self.wall))
-        self._densities.append(run.state.density.copy())
+        self._states.append(run.state.copy())
         self.checkpoint(run)
-        self._draw([-1], f"density_{self._count:04d}")
+        self._draw_density([-1], f"density_{self._count:04d}")
 
     def checkpoint(self, run: Run) -> None:
         """Save the state, once for each time."""
@@ -112,7 +112,7 @@ class Keeper:
         seconds = run.wall_seconds
         self.checkpoint(run)
         if self.snapshots:
-            self._draw(np.unique(np.linspace(0, len(self.snapshots) - 1, MOST_PANELS).astype(int)).tolist(), "density")
+            self._draw_states()
         self._draw_history()
         summary = {**self._summary(run, seconds, completed), "compile_seconds": compile_seconds}
         self.folder.write_summary(summary)
@@ -137,11 +137,23 @@ class Keeper:
             "snapshots": self.snapshots,
         }
 
-    def _draw(self, which: list[int], name: str) -> None:
-        from hydro.pictures.density import Map, density_panels  # matplotlib is slow to import
+    def _draw_states(self) -> None:
+        """Density maps and profiles of the snapshots, or of as many of them as fit into one picture."""
+        from hydro.pictures.profiles import profiles  # matplotlib is slow to import
+
+        which = np.unique(np.linspace(0, len(self._states) - 1, MOST_PANELS).astype(int)).tolist()
+        self._draw_density(which, "density")
+        profiles(self.folder.pictures / "profiles.png", [self._states[k] for k in which])
+
+    def _draw_density(self, which: list[int], name: str) -> None:
+        from hydro.pictures.density import Map, density_panels
 
         maps = [
-            Map(self._densities[k], self.mesh, *(self.snapshots[k][key] for key in ("time", "wall_max", "wall_min")))
+            Map(
+                self._states[k].density,
+                self.mesh,
+                *(self.snapshots[k][key] for key in ("time", "wall_max", "wall_min")),
+            )
             for k in which
         ]
         density_panels(self.folder.pictures / f"{name}.png", maps)

@@ -73,7 +73,7 @@ class History(Quiet):
         with self.path.open("a", encoding="utf-8") as file:
             if file.tell() == 0:
                 file.write(",".join(row) + "\n")
-            file.write(",".join(repr(value) for value in row.values()) + "\n")
+            file.write(",".join(repr(float(value)) for value in row.values()) + "\n")
         self._due = (math.floor(now / self.interval) + 1) * self.interval
 
     def _row(self, run: Run) -> dict[str, float]:
