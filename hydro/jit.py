@@ -16,7 +16,8 @@ from typing import Any, TypeVar
 
 import numba
 from numba import types
-from numba.extending import overload_method
+from numba.core.typing.templates import infer_getattr, make_overload_method_template
+from numba.extending import overload
 
 from hydro.kernel_cache import KernelCache
 
@@ -66,11 +67,21 @@ def compiled_methods(cls: C) -> C:
 
 @cache
 def _overload(name: str, signature: inspect.Signature) -> None:
-    """Teach the compiler the method `name` of any NamedTuple whose class defines it."""
+    """Teach the compiler the method `name` of any NamedTuple whose class defines it.
+
+    As numba's `overload_method` does, which however would hide fields of the same name in other NamedTuples.
+    """
 
     def implementation(self, *arguments):
         method = getattr(self.instance_class, name, None)
         return method if method is not None and inspect.signature(method) == signature else None
 
     implementation.__signature__ = signature  # type: ignore[attr-defined]
-    overload_method(types.BaseNamedTuple, name, jit_options={"forceinline": True, **OPTIONS})(implementation)
+    overload(implementation, jit_options={"forceinline": True, **OPTIONS})(implementation)
+    template = make_overload_method_template(types.BaseNamedTuple, name, implementation, inline="never")
+
+    class Method(template):  # type: ignore[misc, valid-type]
+        def _resolve(self, typ, attr):
+            return super()._resolve(typ, attr) if callable(getattr(typ.instance_class, name, None)) else None
+
+    infer_getattr(Method)

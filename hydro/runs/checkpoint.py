@@ -39,6 +39,7 @@ class Checkpoint:
     time: float
     steps: int
     rejected: int
+    dt_limit: float
     ledger: dict[str, tuple[float, float]]
     memory: dict[str, np.ndarray]
     deck: str
@@ -49,7 +50,7 @@ def write_checkpoint(path: Path, saved: Checkpoint) -> None:
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs.update(
             format=FORMAT, format_version=VERSION, hydro_version=hydro.__version__, deck=saved.deck,
-            time=saved.time, time_unit="L_x/T_*^(1/2)", steps=saved.steps, rejected_steps=saved.rejected,
+            time=saved.time, time_unit="L_x/T_*^(1/2)", steps=saved.steps, rejected_steps=saved.rejected, dt_limit=saved.dt_limit,
             periodic=saved.mesh.periodic,
         )  # fmt: skip
         for (name, long_name, unit), field in zip(FIELDS, saved.conserved, strict=True):
@@ -91,6 +92,7 @@ def _read(file: h5py.File) -> Checkpoint:
         raise ValueError(f"fields of shape {conserved.shape[1:]} on a mesh of {mesh.cells} cells")
     return Checkpoint(
         mesh, conserved, float(file.attrs["time"]), int(file.attrs["steps"]), int(file.attrs["rejected_steps"]),
+        float(file.attrs["dt_limit"]),
         {name: (float(entry[0]), float(entry[1])) for name, entry in file["ledger"].attrs.items()},
         {name: values[:] for name, values in file["integrator"].items()},
         str(file.attrs["deck"]),

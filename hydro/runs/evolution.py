@@ -102,7 +102,7 @@ class Keeper:
         self._saved_at = run.state.time
         state = run.state
         saved = Checkpoint(
-            state.mesh, state.conserved, state.time, run.steps, run.rejected,
+            state.mesh, state.conserved, state.time, run.steps, run.rejected, run.dt_limit,
             run.ledger.entries(), run.integrator.memory(), dumps(self.deck),
         )  # fmt: skip
         write_checkpoint(self.folder.checkpoints / f"{self._count:04d}_t{state.time:g}.h5", saved)

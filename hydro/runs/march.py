@@ -27,6 +27,7 @@ class Run:
     steps: int = 0
     rejected: int = 0
     dt: float = 0.0
+    dt_limit: float = math.inf  # after a rejection; doubles with each accepted step
     ledger: Ledger = field(init=False)
     started: float = field(default_factory=time.perf_counter)
 
@@ -61,7 +62,8 @@ def march(run: Run, trackers: Sequence[Tracker]) -> None:
 
 def advance(run: Run, stop: float) -> None:
     """One accepted step, not beyond `stop`; a rejected one is tried again with half the step."""
-    dt = choose_step(min(run.integrator.largest_step(run.state), run.dt_max), stop - run.state.time)
+    largest = min(run.integrator.largest_step(run.state), run.dt_max, run.dt_limit)
+    dt = choose_step(largest, stop - run.state.time)
     reason = "the sound speed is infinite"
     for _ in range(HALVINGS):
         if not dt > 0.0 or run.state.time + dt == run.state.time:
@@ -71,10 +73,11 @@ def advance(run: Run, stop: float) -> None:
             exchange = run.integrator.step(run.state, dt)
         except StepRejected as rejection:
             run.rejected, dt, reason = run.rejected + 1, 0.5 * dt, str(rejection)
+            run.dt_limit = dt
             continue
         run.state.time = stop if lands else run.state.time
         run.ledger.book(exchange)
-        run.steps, run.dt = run.steps + 1, dt
+        run.steps, run.dt, run.dt_limit = run.steps + 1, dt, 2.0 * run.dt_limit
         return
     raise RunFailed(f"no step is possible at t = {run.state.time:.6g}, down to dt = {dt:.3g}: {reason}")
 

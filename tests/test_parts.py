@@ -1,0 +1,222 @@
+"""Small parts: registries, compiled closures, mesh, observables, books, the main loop."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hydro.deck import model
+from hydro.dynamics import INTEGRATORS, Exchange, Godunov, StepRejected
+from hydro.dynamics.limiters import LIMITERS
+from hydro.dynamics.riemann import RIEMANN_SOLVERS
+from hydro.errors import RunFailed
+from hydro.gas import CLOSURES, Grossman
+from hydro.initial import INITIAL_STATES, PATTERNS, regrid
+from hydro.jit import kernel
+from hydro.kinds import KINDS
+from hydro.mesh import Mesh
+from hydro.registry import Registry, UnknownName
+from hydro.runs.ledger import CompensatedSum
+from hydro.runs.march import Run, choose_step, march
+from hydro.runs.observables import gas_density, wall_extremes
+from hydro.runs.trackers import AtTimes
+from hydro.state import State
+from hydro.walls import WALLS, ThermalWall, VibratingWall
+
+
+@pytest.mark.parametrize(
+    ("in_decks", "registry"),
+    [
+        (model.CLOSURES, CLOSURES),
+        (model.LIMITERS, LIMITERS),
+        (model.RIEMANN_SOLVERS, RIEMANN_SOLVERS),
+        (model.INTEGRATORS, INTEGRATORS),
+        (model.WALLS, WALLS),
+        (model.INITIALS, INITIAL_STATES),
+        (model.PATTERNS, PATTERNS),
+        (model.KINDS, KINDS),
+    ],
+)
+def test_decks_name_exactly_what_is_registered(in_decks, registry):
+    assert sorted(in_decks) == sorted(registry)
+
+
+def test_an_unknown_name_is_told_the_nearest():
+    registry = Registry("colour")
+    registry.add("green", 1)
+    with pytest.raises(UnknownName, match=r"known: green; did you mean 'green'"):
+        registry["gren"]
+    with pytest.raises(ValueError, match="twice"):
+        registry.add("green", 2)
+
+
+@kernel
+def compiled_properties(gas, n, T, out):
+    for k in range(n.size):
+        out[0, k] = gas.pressure(n[k], T)
+        out[1, k] = gas.sound_speed(n[k], T)
+        out[2, k] = gas.conductivity(n[k], T)
+        out[3, k] = gas.cooling(n[k], T)
+        out[4, k] = gas.density(out[0, k], T)
+
+
+def test_closures_are_the_same_in_numpy_and_in_kernels():
+    gas, n, T = Grossman(5e4, 2e-3), np.geomspace(1e-4, 0.999, 50), 0.37
+    out = np.zeros((5, 50))
+    compiled_properties(gas, n, T, out)
+    p = gas.pressure(n, T)
+    expected = [p, gas.sound_speed(n, T), gas.conductivity(n, T), gas.cooling(n, T), gas.density(p, T)]
+    np.testing.assert_allclose(out, expected, rtol=1e-13)
+
+
+USER_CLOSURE = """
+from typing import NamedTuple
+from hydro.dynamics import Godunov
+from hydro.gas import Grossman
+from hydro.jit import compiled_methods
+from hydro.mesh import Mesh
+from hydro.state import State
+
+@compiled_methods
+class GivenFlux(NamedTuple):
+    flux: float
+
+    def face(self, gas, n, T, half_width, guess):
+        return self.flux, T
+
+gas, mesh = Grossman(0.0, 1e-3), Mesh.rectangle((8, 8))
+state = State.of(gas, mesh, 0.1, 1.0)
+print(Godunov(gas, GivenFlux(0.25), mesh).step(state, 1e-3).wall)
+"""
+
+
+def test_a_wall_written_in_a_script_runs_and_disturbs_nobody(tmp_path):
+    script = tmp_path / "my_wall.py"
+    script.write_text(USER_CLOSURE)
+    printed = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True).stdout
+    assert float(printed) == pytest.approx(0.25e-3, rel=1e-13)
+    gas, mesh = Grossman(0.0, 1e-3), Mesh.rectangle((8, 8))
+    fresh = (
+        "from hydro.dynamics import *; from hydro.gas import *; from hydro.mesh import *; from hydro.state import *\n"
+        "from hydro.walls import *\n"
+        "gas, mesh = Grossman(0.0, 1e-3), Mesh.rectangle((8, 8))\n"
+        "print(Godunov(gas, VibratingWall(1.0), mesh).step(State.of(gas, mesh, 0.1, 1.0), 1e-3).wall)"
+    )
+    other = subprocess.run([sys.executable, "-c", fresh], capture_output=True, text=True, check=True).stdout
+    assert float(other) == Godunov(gas, VibratingWall(1.0), mesh).step(State.of(gas, mesh, 0.1, 1.0), 1e-3).wall
+
+
+def test_a_stretched_mesh_fills_the_box_smoothly():
+    mesh = Mesh.rectangle((64, 8), 2.0, 20.0)
+    assert mesh.x_faces[0] == 0.0 and mesh.x_faces[-1] == pytest.approx(1.0, abs=1e-15)
+    assert mesh.dx[-1] / mesh.dx[0] == pytest.approx(20.0 ** (63 / 64), rel=1e-12)
+    assert mesh.integral(np.ones(mesh.cells)) == pytest.approx(2.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("stretch", [1.0, 5.0])
+def test_wall_extremes_converge_with_fourth_order_in_corners_and_inside(stretch):
+    errors = []
+    for nx in (16, 32):
+        mesh = Mesh.rectangle((nx, 2 * nx), 2.0, stretch)
+        x = np.diff(np.sin(mesh.x_faces)) / mesh.dx
+        corner = np.diff(np.sin(np.pi * mesh.y_faces)) / (np.pi * mesh.dy)
+        high = wall_extremes(0.3 + 0.1 * x[:, None] * corner[None, :], mesh)
+        errors.append([abs(high[0] - 0.2), abs(high[1] - 0.4)])
+    assert np.all(np.array(errors[0]) / np.array(errors[1]) > 12.0)
+
+
+def test_gas_density_is_that_of_the_wall_face():
+    """In a gas that the wall heats, the face is hotter, hence thinner, than the last cell."""
+    mesh, gas = Mesh.rectangle((8, 8)), Grossman(5e4, 2e-3)
+    state = State.of(gas, mesh, 0.1, 1.0)
+    assert gas_density(state, ThermalWall(4.0)) == pytest.approx(gas.density(gas.pressure(0.1, 1.0), 4.0), rel=1e-14)
+    assert gas_density(state, VibratingWall(0.0)) == pytest.approx(0.1, rel=1e-12)
+    assert gas_density(state, VibratingWall(50.0)) < 0.1
+
+
+def test_regrid_conserves_and_keeps_an_unchanged_mesh():
+    old, new = Mesh.rectangle((16, 24), 2.0), Mesh.rectangle((40, 10), 2.0, 6.0)
+    fields = np.random.default_rng(0).uniform(0.1, 0.9, (4, 16, 24))
+    assert regrid(fields, old, Mesh.rectangle((16, 24), 2.0)) is fields
+    moved = regrid(fields, old, new)
+    for before, after in zip(fields, moved, strict=True):
+        assert new.integral(after) == pytest.approx(old.integral(before), rel=1e-13)
+    assert moved[0].min() > 0.0
+
+
+def test_compensated_sum_loses_no_digits():
+    kept = CompensatedSum()
+    for term in [1.0, 1e100, 1.0, -1e100]:
+        kept.add(term)
+    assert kept.value == 2.0
+
+
+class Counter:
+    """An integrator of fixed step that refuses steps above `allowed`."""
+
+    def __init__(self, largest: float, allowed: float = math.inf):
+        self.largest, self.allowed, self.taken = largest, allowed, []
+
+    def largest_step(self, state):
+        return self.largest
+
+    def step(self, state, dt):
+        if dt > self.allowed:
+            raise StepRejected("too far")
+        self.taken.append(dt)
+        state.time += dt
+        return Exchange()
+
+
+def a_run(integrator, end):
+    return Run(State.of(Grossman(0.0, 0.0), Mesh.rectangle((4, 4)), 0.1, 1.0), integrator, end)
+
+
+def test_output_times_are_hit_exactly_without_slivers():
+    run, seen = a_run(Counter(0.3), 2.0), []
+    march(run, [AtTimes(lambda now: seen.append(now.state.time), (0.0, 0.1, 0.95, 2.0), every=0.5)])
+    assert seen == [0.0, 0.1, 0.5, 0.95, 1.0, 1.5, 2.0]
+    assert min(run.integrator.taken) >= 0.05 - 1e-15
+
+
+def test_rejected_steps_are_halved_and_counted():
+    run = a_run(Counter(0.4, allowed=0.15), 1.0)
+    march(run, [])
+    assert run.state.time == 1.0 and max(run.integrator.taken) <= 0.15 and run.rejected > 0
+
+
+def test_a_run_that_cannot_step_fails_with_the_reason():
+    with pytest.raises(RunFailed, match="too far"):
+        march(a_run(Counter(0.4, allowed=0.0), 1.0), [])
+
+
+@pytest.mark.parametrize(("largest", "remaining", "expected"), [(1.0, 0.5, 0.5), (1.0, 1.5, 0.75), (1.0, 9.0, 1.0)])
+def test_choose_step(largest, remaining, expected):
+    assert choose_step(largest, remaining) == expected
+
+
+def test_a_rejected_step_leaves_no_trace():
+    gas, mesh = Grossman(5e4, 2e-3), Mesh.rectangle((8, 16), 2.0)
+    state = State.of(gas, mesh, 0.1, 1.0)
+    integrator = Godunov(gas, VibratingWall(114.0), mesh)
+    integrator.step(state, 1e-3)
+    before, memory = state.copy(), integrator.memory()
+    with pytest.raises(StepRejected):
+        integrator.step(state, 1e3)
+    np.testing.assert_array_equal(state.conserved, before.conserved)
+    np.testing.assert_array_equal(integrator.memory()["wall_temperature"], memory["wall_temperature"])
+    assert state.time == before.time
+
+
+def test_tracker_of_times_survives_an_inexact_cadence():
+    tracker, seen = AtTimes(lambda run: seen.append(run.state.time), every=0.1), []
+    time = 0.0
+    while time < 1.05:
+        tracker.look(SimpleNamespace(state=SimpleNamespace(time=time)))
+        time = tracker.next_stop(time)
+    assert len(seen) == 10 and seen == pytest.approx(np.arange(1, 11) * 0.1)
