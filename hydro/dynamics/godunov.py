@@ -47,7 +47,7 @@ class Godunov:
     """Unsplit MUSCL-Hancock finite volumes with RKL2 conduction and cooling; see `hancock` and `heat`.
 
     `source(time, mesh)`, if given, is added to the equations: rates of the four conserved fields, shape
-    (4, nx, ny), taken at mid-step. State and work space take 232 bytes per cell.
+    (4, nx, ny), taken at mid-step. State and work space take 176 bytes per cell.
     """
 
     def __init__(
