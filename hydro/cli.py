@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from hydro.errors import HydroError
+from hydro.errors import HydroError, Stopped
 
 USAGE = """\
 python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite]
@@ -28,6 +28,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except HydroError as error:
         print(f"hydro: {error}", file=sys.stderr)
         return error.exit_code
+    except KeyboardInterrupt:
+        print("hydro: interrupted before the first step or after the last", file=sys.stderr)
+        return Stopped.exit_code
 
 
 def run(words: list[str]) -> int:

@@ -15,6 +15,12 @@ class RunFailed(HydroError):
     """A run could not go on; the last good state is saved (exit code 3)."""
 
 
+class Stopped(HydroError):
+    """A signal asked the run to stop; its state is saved (exit code 4)."""
+
+    exit_code = 4
+
+
 @dataclass(frozen=True)
 class Complaint:
     """One thing wrong with a deck: which key, its value, what is allowed, the nearest known name."""
@@ -35,8 +41,12 @@ class DeckError(HydroError):
     exit_code = 2
 
     def __init__(self, complaints: list[Complaint] | str, source: str = "deck"):
-        self.complaints = [Complaint(source, complaints)] if isinstance(complaints, str) else complaints
-        lines = "\n".join(f"  {complaint}" for complaint in self.complaints)
+        if isinstance(complaints, str):
+            self.complaints = [Complaint(source, complaints)]
+            super().__init__(f"{source}: {complaints}")
+            return
+        self.complaints = complaints
+        lines = "\n".join(f"  {complaint}" for complaint in complaints)
         count = "1 error" if len(self.complaints) == 1 else f"{len(self.complaints)} errors"
         super().__init__(f"{source}: {count}\n{lines}")
 

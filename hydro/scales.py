@@ -15,6 +15,8 @@ from hydro.state import State
 # A guess for the run time, good to a factor of two or three on one core of a current processor.
 SECONDS_PER_CELL_STEP = 8e-8
 
+BYTES_PER_CELL = 176
+
 NEARLY_ELASTIC = 0.1  # the paper wants 1 - r^2 << 1
 DENSE = 0.76  # largest density of the localized states of Figs. 3 and 4
 CRYSTAL = 0.77  # n/n_c above which real disks crystallize
@@ -88,6 +90,7 @@ def _mesh_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
         Scale("thermal length", thermal_length(state), f"over which conduction balances cooling at n = {DENSE}"),
         Scale("time step", step, "at the start"),
         Scale("steps", steps, "at the first step size"),
+        Scale("memory", mesh.areas.size * BYTES_PER_CELL / 1e9, "gigabytes for state and work space"),
         Scale("run time", steps * mesh.areas.size * SECONDS_PER_CELL_STEP, "seconds, a guess for one core"),
     ]
 
@@ -98,7 +101,9 @@ def warnings(deck: EvolutionDeck, state: State) -> list[str]:
     length, elasticity = thermal_length(state), inelasticity(deck)
     verdicts = [
         (
-            elasticity > NEARLY_ELASTIC,
+            elasticity > BYTES_PER_CELL = 176
+
+NEARLY_ELASTIC,
             f"1 - r^2 = {elasticity:.3g} is not small: the closures hold for nearly elastic grains "
             f"(K/mu = {grain_diameter(deck):.3g} and L = {deck.gas.L:g} together fix it)",
         ),

@@ -38,9 +38,12 @@ class Isentrope:
 
     From dT/T = Z dn/n and du = c dn/n; both are integrated as Chebyshev series in r, n = 1 - exp(-r^2),
     in which they are smooth from vacuum (c ~ r) to close packing. Methods take and return arrays of any shape.
+    ValueError for a closure that is no ideal gas in the dilute limit: (Z-1)/n is then not smooth.
     """
 
     def __init__(self, gas: Any, density: float, pressure: float, densest: float | None = None):
+        if abs(gas.compressibility(1e-12) - 1.0) > 1e-9:
+            raise ValueError("the closure must have Z(0) = 1")
         self.gas = gas
         self._scale = gas.temperature(density, pressure) / density
         top = float(stretched(density if densest is None else densest))

@@ -14,15 +14,9 @@ from typing import Any, TextIO
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from hydro.errors import HydroError
+from hydro.errors import Stopped
 from hydro.runs.march import Run, Tracker
 from hydro.runs.observables import snapshot
-
-
-class Stopped(HydroError):
-    """A signal asked the run to stop; its state is saved (exit code 4)."""
-
-    exit_code = 4
 
 
 class Quiet(Tracker):
