@@ -90,7 +90,7 @@ def _mesh_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
         Scale("thermal length", thermal_length(state), f"over which conduction balances cooling at n = {DENSE}"),
         Scale("time step", step, "at the start"),
         Scale("steps", steps, "at the first step size"),
-        Scale("memory", mesh.areas.size * BYTES_PER_CELL / 1e9, "gigabytes for state and work space"),
+        Scale("memory", mesh.areas.size * BYTES_PER_CELL / 2**20, "MiB for state and work space"),
         Scale("run time", steps * mesh.areas.size * SECONDS_PER_CELL_STEP, "seconds, a guess for one core"),
     ]
 
@@ -101,9 +101,7 @@ def warnings(deck: EvolutionDeck, state: State) -> list[str]:
     length, elasticity = thermal_length(state), inelasticity(deck)
     verdicts = [
         (
-            elasticity > BYTES_PER_CELL = 176
-
-NEARLY_ELASTIC,
+            elasticity > NEARLY_ELASTIC,
             f"1 - r^2 = {elasticity:.3g} is not small: the closures hold for nearly elastic grains "
             f"(K/mu = {grain_diameter(deck):.3g} and L = {deck.gas.L:g} together fix it)",
         ),

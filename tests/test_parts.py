@@ -220,3 +220,10 @@ def test_tracker_of_times_survives_an_inexact_cadence():
         tracker.look(SimpleNamespace(state=SimpleNamespace(time=time)))
         time = tracker.next_stop(time)
     assert len(seen) == 10 and seen == pytest.approx(np.arange(1, 11) * 0.1)
+
+
+def test_a_step_out_of_proportion_to_the_cooling_time_is_rejected_at_once():
+    gas, mesh = Grossman(5e8, 1.0), Mesh.rectangle((4, 4))
+    state = State.of(gas, mesh, 0.9, 1.0)
+    with pytest.raises(StepRejected):
+        Godunov(gas, VibratingWall(0.0), mesh).step(state, 1.0)

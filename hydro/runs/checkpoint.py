@@ -50,8 +50,8 @@ def write_checkpoint(path: Path, saved: Checkpoint) -> None:
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs.update(
             format=FORMAT, format_version=VERSION, hydro_version=hydro.__version__, deck=saved.deck,
-            time=saved.time, time_unit="L_x/T_*^(1/2)", steps=saved.steps, rejected_steps=saved.rejected, dt_limit=saved.dt_limit,
-            periodic=saved.mesh.periodic,
+            time=saved.time, time_unit="L_x/T_*^(1/2)", steps=saved.steps, rejected_steps=saved.rejected,
+            dt_limit=saved.dt_limit, periodic=saved.mesh.periodic,
         )  # fmt: skip
         for (name, long_name, unit), field in zip(FIELDS, saved.conserved, strict=True):
             _dataset(file, name, field, long_name, unit)
