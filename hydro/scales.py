@@ -156,5 +156,5 @@ def largest_step(deck: EvolutionDeck, state: State) -> float:
     """The step that the CFL condition allows at the start; numpy's version of `signal_rates`."""
     mesh, c = state.mesh, state.gas.sound_speed(state.density, state.temperature)
     u, v = (np.abs(component) for component in state.velocity)
-    rate = np.max((u + c) / mesh.dx[:, None] + (v + c) / mesh.dy[None, :])
+    rate = 2.0 * np.maximum((u + c) / mesh.dx[:, None], (v + c) / mesh.dy[None, :]).max()
     return min(deck.time.cfl / float(rate), deck.time.dt_max or math.inf, deck.time.end)

@@ -359,7 +359,9 @@ class Time(Section):
 
     end: Positive = Field(description="time at which the run ends, in L_x/T_*^(1/2)")
     integrator: Annotated[Text, Among(INTEGRATORS)] = Field(default="godunov", description="time integrator")
-    cfl: Number = Field(default=0.8, gt=0, le=1, description="step as a fraction of the stability limit")
+    cfl: Number = Field(
+        default=0.8, gt=0, le=1, description="step, as a fraction of the time in which sound crosses half a cell"
+    )
     tolerance: Positive | None = Field(
         default=None, description="error tolerance of integrators that control their error; godunov does not"
     )

@@ -10,7 +10,7 @@ stages reach (s^2+s-2)/4 explicit steps: conduction never sets the step. Balance
 stage, so a steady state stays. The heat given by the wall and lost in collisions go through the same
 recurrence as the temperature, so that the books balance to round-off.
 
-Cooling is then done again, cell by cell, under the mean conducted heat of the super-step and to third order: in a
+Cooling is then done again, cell by cell, under the mean conducted heat of the super-step and to fourth order: in a
 gas that nothing heats, RKL2's relative error of about 0.56 (dt/t_c)^2 would be too coarse.
 """
 
@@ -24,7 +24,7 @@ from numba import prange
 from hydro.dynamics.reduce import store_largest
 from hydro.jit import inline, kernel, part
 
-COOLING_FRACTION = 0.05  # of a cooling time at most, in one super-step
+COOLING_FRACTION = 0.03  # of a cooling time at most, in one super-step
 SAFETY = 1.2  # of the spectral radius, for the conductivity's own dependence on temperature
 MOST_STAGES, MOST_SUPERSTEPS = 999, 1000
 
@@ -380,7 +380,7 @@ def stage_row(work, last, i, divergence, mu, nu, rate, start_rate):
 
 @kernel(parallel=True)
 def correct(geometry, arrays, state, dt):
-    """Cool each cell to third order under its mean conducted heat; put the change into energy and START."""
+    """Cool each cell to fourth order under its mean conducted heat; put the change into energy and START."""
     for i in prange(state.shape[1]):
         correct_row(geometry, arrays.work, arrays.sums, state[0, i], state[3, i], i, dt)
 
@@ -401,7 +401,8 @@ def correct_row(geometry, work, sums, density, energy, i, dt):
         gain = conducted / dt - i0
         i1 = 1.5 * c * root * gain
         i2 = 1.5 * c * (0.5 * gain * gain / root - root * i1)
-        loss = dt * (i0 + dt * (0.5 * i1 + dt / 6.0 * i2))
+        i3 = -1.5 * c * (0.25 * gain * gain * gain / (T[j] * root) + 1.5 * gain * i1 / root + root * i2)
+        loss = dt * (i0 + dt * (0.5 * i1 + dt / 6.0 * (i2 + 0.25 * dt * i3)))
         change = conducted - loss
         T[j] += change
         energy[j] += density[j] * change

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 from hydro.jit import compiled_methods
 from hydro.registry import Registry
 
+LARGE_JUMP = 0.01  # of the pressure, relative; slow flow makes much smaller ones
+
 RIEMANN_SOLVERS: Registry[Any] = Registry("Riemann solver")
 
 
@@ -18,7 +20,8 @@ class HLLC(NamedTuple):
     number (Thornber et al., J. Comput. Phys. 227, 4873, 2008): its acoustic dissipation, of order rho c du,
     otherwise swamps the pressure differences, of order rho u^2, that drive a slow flow. It never shrinks below
     what a sound wave with this jump of pressure has, dp/(rho c): sound, slow or not, is upwinded as in plain
-    HLLC. Zero means plain HLLC.
+    HLLC; and not at all where the pressure jumps by a percent, so that shocks do not ring in slow gas. Zero means
+    plain HLLC.
     """
 
     mach_limit: float
@@ -35,7 +38,8 @@ class HLLC(NamedTuple):
         half_jump = 0.5 * (u_r - u_l)
         mach = max(abs(u_l), abs(u_r)) / min(c_l, c_r)
         sound = abs(p_r - p_l) / (n_l * c_l + n_r * c_r)
-        size = min(abs(half_jump), max(abs(half_jump) * mach / self.mach_limit, sound))
+        least = max(mach / self.mach_limit, abs(p_r - p_l) / (LARGE_JUMP * min(p_l, p_r)))
+        size = min(abs(half_jump), max(abs(half_jump) * least, sound))
         slow = size if half_jump >= 0.0 else -size
         half_jump = slow if mach < self.mach_limit else half_jump
         u_l = mean - half_jump

@@ -1,0 +1,67 @@
+"""python -m hydro.verification [--full]: print the verification book as Markdown; exit code 5 if a claim fails."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+
+from hydro.verification.claims import Claim, Findings, Measurement, Table, number, topics
+
+FAILED = 5
+PREFACE = """# Verification
+
+Every number here is measured when this page is printed, by `python -m hydro.verification{option}`; the tests assert
+the claims of the quick version. A claim compares a measured number with a bound that was fixed beforehand."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Print the book, chapter by chapter as it is measured; 0 if every claim holds, else 5."""
+    parser = argparse.ArgumentParser(prog="python -m hydro.verification", description="Print the verification book.")
+    parser.add_argument("--full", action="store_true", help="finer grids, more combinations")
+    full = parser.parse_args(arguments).full
+    print(PREFACE.format(option=" --full" if full else ""), flush=True)
+    claims: list[Claim] = []
+    for topic, measurements in topics():
+        print(f"\n## {topic}\n\n{measurements[0].introduction}", flush=True)
+        for measurement in measurements:
+            findings = measurement.findings(full)
+            claims += findings.claims
+            print("\n".join(section(measurement, findings)), flush=True)
+    print("\n".join(summary(claims)))
+    return 0 if all(claim.passed for claim in claims) else FAILED
+
+
+def section(measurement: Measurement, findings: Findings) -> Iterator[str]:
+    """Lines of one measurement: what is measured, tables, claims."""
+    yield f"\n### {measurement.title}\n\n{measurement.explanation}"
+    for table in findings.tables:
+        yield from table_lines(table)
+    if findings.claims:
+        rows = [claim_row(claim) for claim in findings.claims]
+        yield from table_lines(Table("Claims.", ("claim", "expected", "measured", "bound", ""), rows))
+
+
+def claim_row(claim: Claim) -> tuple[str, ...]:
+    """A claim as a row of a table."""
+    verdict = "holds" if claim.passed else "**fails**"
+    return claim.statement, claim.expected, number(claim.measured), f"{claim.comparison} {claim.bound:g}", verdict
+
+
+def table_lines(table: Table) -> Iterator[str]:
+    """A table as Markdown; bars inside cells are escaped."""
+    yield f"\n{table.caption}\n"
+    for row in (table.header, ["---"] * len(table.header), *table.rows):
+        yield "| " + " | ".join(number(cell).replace("|", "\\|") for cell in row) + " |"
+
+
+def summary(claims: list[Claim]) -> Iterator[str]:
+    """How many claims hold, and which do not."""
+    failed = [claim for claim in claims if not claim.passed]
+    yield f"\n## Summary\n\n{len(claims) - len(failed)} of {len(claims)} claims hold."
+    if failed:
+        yield from ("", *(f"- {claim.topic}: {claim}" for claim in failed))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

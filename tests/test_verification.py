@@ -1,0 +1,54 @@
+"""Every claim of the quick verification book, one test per measurement; and how claims and the book are written."""
+
+from __future__ import annotations
+
+import pytest
+
+from hydro.dynamics.integrator import StepRejected
+from hydro.verification import MEASUREMENTS, Claim, Measurement, Table
+from hydro.verification.__main__ import claim_row, table_lines
+from hydro.verification.claims import fitted_order, orders
+
+
+@pytest.mark.parametrize("measurement", MEASUREMENTS, ids=lambda each: f"{each.topic}: {each.title}")
+def test_claims_hold(measurement):
+    claims = measurement.findings(full=False).claims
+    failed = [str(claim) for claim in claims if not claim.passed]
+    assert claims
+    assert not failed, "\n".join(["", *failed])
+
+
+def test_bounds_are_inclusive_and_words_fail():
+    def claim(measured, comparison="<="):
+        return Claim("topic", "statement", "expected", measured, 1.0, comparison)
+
+    assert claim(1.0).passed and claim(1.0, ">=").passed
+    assert not claim(1.1).passed and not claim(0.9, ">=").passed
+    assert not claim("broke down").passed
+    assert not claim(float("nan")).passed and not claim(float("nan"), ">=").passed
+
+
+def test_a_run_that_breaks_down_is_a_failed_claim():
+    def breaks(full):
+        raise StepRejected
+
+    (claim,) = Measurement("topic", "title", breaks).findings(full=False).claims
+    assert not claim.passed
+    assert "fails" in claim_row(claim)[-1]
+
+
+def test_orders_of_a_power_law():
+    sizes = [0.1, 0.05, 0.02]
+    errors = [3.0 * size**1.7 for size in sizes]
+    assert orders(sizes, errors) == pytest.approx([1.7, 1.7])
+    assert fitted_order(sizes, errors) == pytest.approx(1.7)
+
+
+def test_every_measurement_says_what_it_measures():
+    assert all(measurement.explanation and measurement.introduction for measurement in MEASUREMENTS)
+    assert len({(measurement.topic, measurement.title) for measurement in MEASUREMENTS}) == len(MEASUREMENTS)
+
+
+def test_tables_are_markdown():
+    lines = list(table_lines(Table("Caption.", ("a", "max |b|"), [(1, 0.12345)])))
+    assert lines == ["\nCaption.\n", "| a | max \\|b\\| |", "| --- | --- |", "| 1 | 0.123 |"]
