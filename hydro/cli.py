@@ -11,12 +11,13 @@ from hydro.errors import HydroError, Stopped
 
 USAGE = """\
 python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite]
-       python -m hydro check DECK.toml [section.key=value ...]"""
+       python -m hydro check DECK.toml [section.key=value ...]
+       python -m hydro verify [--full]"""
 
 EPILOG = """\
 A run writes output/<deck name>/ unless --output names another folder: the resolved deck, summary.json,
 history.csv, checkpoints and pictures. Exit codes: 0 done; 2 bad deck or arguments; 3 the run failed, its last
-good state is saved; 4 stopped by a signal, its state is saved."""
+good state is saved; 4 stopped by a signal, its state is saved; 5 a claim of the verification book fails."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -72,7 +73,18 @@ def check(words: list[str]) -> int:
     return 0
 
 
-COMMANDS: dict[str, Callable[[list[str]], int]] = {"check": check}
+def verify(words: list[str]) -> int:
+    """Measure every claim of the verification book and print it."""
+    parser = argparse.ArgumentParser("python -m hydro verify", description="Print the verification book.")
+    parser.add_argument("--full", action="store_true", help="finer grids, more combinations")
+    full = parser.parse_args(words).full
+
+    from hydro.verification.book import write
+
+    return write(full)
+
+
+COMMANDS: dict[str, Callable[[list[str]], int]] = {"check": check, "verify": verify}
 
 
 def _parser(description: str, epilog: str | None) -> argparse.ArgumentParser:

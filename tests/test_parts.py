@@ -7,6 +7,7 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
+import numba
 import numpy as np
 import pytest
 
@@ -227,3 +228,19 @@ def test_a_step_out_of_proportion_to_the_cooling_time_is_rejected_at_once():
     state = State.of(gas, mesh, 0.9, 1.0)
     with pytest.raises(StepRejected):
         Godunov(gas, VibratingWall(0.0), mesh).step(state, 1.0)
+
+
+def test_the_number_of_threads_does_not_change_a_bit():
+    gas, mesh = Grossman(5e4, 2e-3), Mesh.rectangle((96, 128), 2.0, 3.0)
+    noise = 1.0 + 0.1 * np.random.default_rng(0).uniform(-1.0, 1.0, mesh.cells)
+    results, threads = [], numba.get_num_threads()
+    for count in (1, threads):
+        numba.set_num_threads(count)
+        state = State.of(gas, mesh, 0.05 * noise, 1.0)
+        integrator = Godunov(gas, VibratingWall(114.0), mesh, tau=200.0)
+        for _ in range(20):
+            integrator.step(state, integrator.largest_step(state))
+        results.append((integrator.threads, state.conserved))
+    numba.set_num_threads(threads)
+    assert results[-1][0] == min(threads, 3)
+    np.testing.assert_array_equal(results[0][1], results[-1][1])

@@ -6,7 +6,7 @@ import pytest
 
 from hydro.dynamics.integrator import StepRejected
 from hydro.verification import MEASUREMENTS, Claim, Measurement, Table
-from hydro.verification.__main__ import claim_row, table_lines
+from hydro.verification.book import claim_row, table_lines
 from hydro.verification.claims import fitted_order, orders
 
 

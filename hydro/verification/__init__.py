@@ -7,7 +7,7 @@
     manufactured        all terms together
     conservation        mass, energy, symmetries, rest
 
-`python -m hydro.verification [--full]` prints the book; its exit code is 5 if a claim fails.
+`python -m hydro verify [--full]` prints the book; its exit code is 5 if a claim fails.
 """
 
 from hydro.verification import (  # noqa: F401, I001  imported in the order of the book: each enters its measurements

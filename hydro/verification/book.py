@@ -1,25 +1,21 @@
-"""python -m hydro.verification [--full]: print the verification book as Markdown; exit code 5 if a claim fails."""
+"""`python -m hydro verify [--full]`: the verification book, as Markdown."""
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Iterator
 
-from hydro.verification.claims import Claim, Findings, Measurement, Table, number, topics
+from hydro.verification import topics
+from hydro.verification.claims import Claim, Findings, Measurement, Table, number
 
 FAILED = 5
 PREFACE = """# Verification
 
-Every number here is measured when this page is printed, by `python -m hydro.verification{option}`; the tests assert
+Every number here is measured when this page is printed, by `python -m hydro verify{option}`; the tests assert
 the claims of the quick version. A claim compares a measured number with a bound that was fixed beforehand."""
 
 
-def main(arguments: list[str] | None = None) -> int:
+def write(full: bool) -> int:
     """Print the book, chapter by chapter as it is measured; 0 if every claim holds, else 5."""
-    parser = argparse.ArgumentParser(prog="python -m hydro.verification", description="Print the verification book.")
-    parser.add_argument("--full", action="store_true", help="finer grids, more combinations")
-    full = parser.parse_args(arguments).full
     print(PREFACE.format(option=" --full" if full else ""), flush=True)
     claims: list[Claim] = []
     for topic, measurements in topics():
@@ -61,7 +57,3 @@ def summary(claims: list[Claim]) -> Iterator[str]:
     yield f"\n## Summary\n\n{len(claims) - len(failed)} of {len(claims)} claims hold."
     if failed:
         yield from ("", *(f"- {claim.topic}: {claim}" for claim in failed))
-
-
-if __name__ == "__main__":
-    sys.exit(main())
