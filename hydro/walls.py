@@ -32,29 +32,36 @@ class VibratingWall(NamedTuple):
     def face(self, gas, n, T, half_width, guess):
         """(heat flux into the gas, wall temperature) for a last cell of density n, temperature T.
 
-        Newton's method for the wall temperature, from `guess`; half_width is the distance from the cell's
-        centre to the wall.
+        half_width is the distance from the cell's centre to the wall. The wall is hotter than the gas: Newton's
+        method from `guess`, kept between the temperatures that are known to be too low and too high.
         """
         p = gas.pressure(n, T)
         kappa = gas.conductivity(n, T)
-        wall = guess
+        low, high = T, np.inf
+        wall = max(guess, T)
         for _ in range(ITERATIONS):
-            n_wall = gas.density(p, wall)
-            p_n, p_T = gas.pressure_slopes(n_wall, wall)
-            n_slope = -p_T / p_n
-            k_n, k_T = gas.conductivity_slopes(n_wall, wall)
-            conductance = 0.5 * (kappa + gas.conductivity(n_wall, wall)) / half_width
-            root = np.sqrt(wall)
-            slope = (
-                conductance
-                + 0.5 * (k_T + k_n * n_slope) * (wall - T) / half_width
-                - gas.K * self.W * (n_slope * root + 0.5 * n_wall / root)
-            )
-            change = (gas.K * self.W * n_wall * root - conductance * (wall - T)) / slope
-            wall = max(wall + change, 0.5 * wall)
+            excess, slope = self.excess(gas, p, kappa, T, half_width, wall)
+            low, high = (wall, high) if excess > 0.0 else (low, wall)
+            newton = wall - excess / slope
+            if not (slope < 0.0 and low <= newton <= high):
+                newton = 0.5 * (low + high) if high < np.inf else 2.0 * wall
+            change = newton - wall
+            wall = newton
             if abs(change) <= TOLERANCE * wall:
                 break
         return gas.K * self.W * gas.density(p, wall) * np.sqrt(wall), wall
+
+    def excess(self, gas, p, kappa, T, half_width, wall):
+        """Heat given by a wall of temperature `wall` less the heat conducted from it, and the slope of that."""
+        n_wall = gas.density(p, wall)
+        p_n, p_T = gas.pressure_slopes(n_wall, wall)
+        n_slope = -p_T / p_n
+        k_n, k_T = gas.conductivity_slopes(n_wall, wall)
+        conductance = 0.5 * (kappa + gas.conductivity(n_wall, wall)) / half_width
+        root = np.sqrt(wall)
+        given_slope = gas.K * self.W * (n_slope * root + 0.5 * n_wall / root)
+        conducted_slope = conductance + 0.5 * (k_T + k_n * n_slope) * (wall - T) / half_width
+        return gas.K * self.W * n_wall * root - conductance * (wall - T), given_slope - conducted_slope
 
 
 @compiled_methods

@@ -244,3 +244,15 @@ def test_the_number_of_threads_does_not_change_a_bit():
     numba.set_num_threads(threads)
     assert results[-1][0] == min(threads, 3)
     np.testing.assert_array_equal(results[0][1], results[-1][1])
+
+
+@pytest.mark.parametrize(("n", "T", "W"), [(0.004, 1.0, 114.0), (0.6, 1e-5, 114.0), (0.99, 1e-3, 1e4), (0.3, 1.0, 0.0)])
+def test_the_vibrating_wall_balances_heat_also_against_cold_dense_gas(n, T, W):
+    """A strong wall against dense gas: the heat given first grows with the wall's temperature."""
+    gas, half_width = Grossman(1e6, 0.1), 1.0 / 32.0
+    flux, wall = VibratingWall(W).face(gas, n, T, half_width, T)
+    face = gas.density(gas.pressure(n, T), wall)
+    conducted = 0.5 * (gas.conductivity(n, T) + gas.conductivity(face, wall)) * (wall - T) / half_width
+    assert wall >= T and face <= n
+    assert flux == pytest.approx(gas.K * W * face * np.sqrt(wall), rel=1e-12, abs=1e-300)
+    assert conducted == pytest.approx(flux, rel=1e-7, abs=1e-12)

@@ -7,6 +7,7 @@ import math
 import resource
 import sys
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,7 @@ from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator, StepRejected
 from hydro.errors import HydroError
 from hydro.initial import initial_state
-from hydro.mesh import Mesh
-from hydro.runs.checkpoint import Checkpoint, write_checkpoint
+from hydro.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.march import Run, Tracker, march
 from hydro.runs.observables import snapshot
@@ -37,7 +37,7 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
     integrator = integrator_of(deck, state)
     compile_seconds = warm_up(integrator, state)
     run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
-    keeper = Keeper(deck, folder, wall, state.mesh)
+    keeper = Keeper(deck, folder, wall)
     with contextlib.ExitStack() as stack:
         trackers: list[Tracker] = [
             AtTimes(keeper.snapshot, deck.output_times),
@@ -80,19 +80,20 @@ def progress(title: str, end: float) -> ProgressBar | ProgressLines:
 class Keeper:
     """Keeps what a run leaves behind: snapshots, checkpoints, pictures and the summary."""
 
-    def __init__(self, deck: EvolutionDeck, folder: RunFolder, wall: Any, mesh: Mesh):
-        self.deck, self.folder, self.wall, self.mesh = deck, folder, wall, mesh
+    def __init__(self, deck: EvolutionDeck, folder: RunFolder, wall: Any):
+        self.deck, self.folder, self.wall = deck, folder, wall
         self.snapshots: list[dict[str, float]] = []
-        self._states: list[State] = []
+        self._files: list[Path] = []  # of the snapshots
+        self._latest = Path()
         self._saved_at = -math.inf
         self._count = 0
 
     def snapshot(self, run: Run) -> None:
         """Note the observables, save a checkpoint and draw the density."""
         self.snapshots.append(snapshot(run.state, self.wall))
-        self._states.append(run.state.copy())
         self.checkpoint(run)
-        self._draw_density([-1], f"density_{self._count:04d}")
+        self._files.append(self._latest)
+        self._draw_density([run.state], self.snapshots[-1:], f"density_{self._count:04d}")
 
     def checkpoint(self, run: Run) -> None:
         """Save the state, once for each time."""
@@ -105,14 +106,15 @@ class Keeper:
             state.mesh, state.conserved, state.time, run.steps, run.rejected, run.dt_limit,
             run.ledger.entries(), run.integrator.memory(), dumps(self.deck),
         )  # fmt: skip
-        write_checkpoint(self.folder.checkpoints / f"{self._count:04d}_t{state.time:g}.h5", saved)
+        self._latest = self.folder.checkpoints / f"{self._count:04d}_t{state.time:g}.h5"
+        write_checkpoint(self._latest, saved)
 
     def finish(self, run: Run, compile_seconds: float, completed: bool) -> dict[str, Any]:
         """Save the last state, draw the pictures of the whole run, write the summary and return it."""
         seconds = run.wall_seconds
         self.checkpoint(run)
         if self.snapshots:
-            self._draw_states()
+            self._draw_snapshots(run.state)
         self._draw_history()
         summary = {**self._summary(run, seconds, completed), "compile_seconds": compile_seconds}
         self.folder.write_summary(summary)
@@ -137,24 +139,22 @@ class Keeper:
             "snapshots": self.snapshots,
         }
 
-    def _draw_states(self) -> None:
+    def _draw_snapshots(self, like: State) -> None:
         """Density maps and profiles of the snapshots, or of as many of them as fit into one picture."""
         from hydro.pictures.profiles import profiles  # matplotlib is slow to import
 
-        which = np.unique(np.linspace(0, len(self._states) - 1, MOST_PANELS).astype(int)).tolist()
-        self._draw_density(which, "density")
-        profiles(self.folder.pictures / "profiles.png", [self._states[k] for k in which])
+        which = np.unique(np.linspace(0, len(self._files) - 1, MOST_PANELS).astype(int)).tolist()
+        saved = [read_checkpoint(self._files[k]) for k in which]
+        states = [State(like.gas, like.mesh, moment.conserved, moment.time) for moment in saved]
+        self._draw_density(states, [self.snapshots[k] for k in which], "density")
+        profiles(self.folder.pictures / "profiles.png", states)
 
-    def _draw_density(self, which: list[int], name: str) -> None:
+    def _draw_density(self, states: list[State], snapshots: list[dict[str, float]], name: str) -> None:
         from hydro.pictures.density import Map, density_panels
 
         maps = [
-            Map(
-                self._states[k].density,
-                self.mesh,
-                *(self.snapshots[k][key] for key in ("time", "wall_max", "wall_min")),
-            )
-            for k in which
+            Map(state.density, state.mesh, state.time, row["wall_max"], row["wall_min"])
+            for state, row in zip(states, snapshots, strict=True)
         ]
         density_panels(self.folder.pictures / f"{name}.png", maps)
 
