@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from hydro.errors import HydroError, Stopped
+from hydro.errors import HydroError, RunFailed, Stopped
 
 USAGE = """\
 python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite]
@@ -29,6 +29,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except HydroError as error:
         print(f"hydro: {error}", file=sys.stderr)
         return error.exit_code
+    except (MemoryError, OSError) as error:
+        print(f"hydro: {error or 'not enough memory'}", file=sys.stderr)
+        return RunFailed.exit_code
     except KeyboardInterrupt:
         print("hydro: interrupted before the first step or after the last", file=sys.stderr)
         return Stopped.exit_code
@@ -42,7 +45,7 @@ def run(words: list[str]) -> int:
     parser.add_argument("--overwrite", action="store_true", help="replace a run that the folder holds")
     options = parser.parse_intermixed_args(words)
 
-    from hydro.deck import dumps, load
+    from hydro.deck import load
     from hydro.runs.folder import RunFolder
 
     deck = load(options.deck, options.overrides)
@@ -50,7 +53,7 @@ def run(words: list[str]) -> int:
 
     from hydro.kinds import KINDS
 
-    folder.prepare(dumps(deck), options.overwrite)
+    folder.check(options.overwrite)
     summary = KINDS[deck.kind].solve(deck, folder, options.quiet)
     if not options.quiet:
         print(closing_lines(summary, folder.path))

@@ -22,7 +22,13 @@ import numba
 from numba import types
 from numba.core.caching import FunctionCache
 
-KERNEL_SOURCES = ("jit.py", "walls.py", "gas/*.py", "dynamics/*.py")  # every file that ends up in machine code
+KERNEL_SOURCES = (
+    "jit.py",
+    "mesh.py",
+    "walls.py",
+    "gas/*.py",
+    "dynamics/*.py",
+)  # every file that ends up in machine code
 KEPT = 3  # versions of the sources whose machine code is kept
 
 

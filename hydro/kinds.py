@@ -13,7 +13,7 @@ from hydro.scales import report
 class Kind(NamedTuple):
     """How a deck of one kind is run, and described without running it."""
 
-    solve: Callable[..., dict[str, Any]]  # (deck, prepared folder, quiet) -> summary
+    solve: Callable[..., dict[str, Any]]  # (deck, folder, quiet) -> summary
     describe: Callable[..., list[str]]  # (deck) -> lines of scales and warnings
 
 

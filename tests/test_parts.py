@@ -5,27 +5,31 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numba
 import numpy as np
 import pytest
 
-from hydro.deck import model
+from hydro.deck import model, parse
 from hydro.dynamics import INTEGRATORS, Exchange, Godunov, StepRejected
 from hydro.dynamics.limiters import LIMITERS
+from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.errors import RunFailed
 from hydro.gas import CLOSURES, Grossman
-from hydro.initial import INITIAL_STATES, PATTERNS, regrid
+from hydro.initial import INITIAL_STATES, PATTERNS, initial_state, regrid
 from hydro.jit import kernel
 from hydro.kinds import KINDS
 from hydro.mesh import Mesh
 from hydro.registry import Registry, UnknownName
+from hydro.runs.evolution import integrator_of
 from hydro.runs.ledger import CompensatedSum
 from hydro.runs.march import Run, choose_step, march
 from hydro.runs.observables import gas_density, wall_extremes
 from hydro.runs.trackers import AtTimes
+from hydro.scales import largest_step
 from hydro.state import State
 from hydro.walls import WALLS, ThermalWall, VibratingWall
 
@@ -81,6 +85,7 @@ from hydro.dynamics import Godunov
 from hydro.gas import Grossman
 from hydro.jit import compiled_methods
 from hydro.mesh import Mesh
+from hydro.scales import largest_step
 from hydro.state import State
 
 @compiled_methods
@@ -140,14 +145,66 @@ def test_gas_density_is_that_of_the_wall_face():
     assert gas_density(state, VibratingWall(50.0)) < 0.1
 
 
-def test_regrid_conserves_and_keeps_an_unchanged_mesh():
-    old, new = Mesh.rectangle((16, 24), 2.0), Mesh.rectangle((40, 10), 2.0, 6.0)
-    fields = np.random.default_rng(0).uniform(0.1, 0.9, (4, 16, 24))
-    assert regrid(fields, old, Mesh.rectangle((16, 24), 2.0)) is fields
-    moved = regrid(fields, old, new)
-    for before, after in zip(fields, moved, strict=True):
-        assert new.integral(after) == pytest.approx(old.integral(before), rel=1e-13)
-    assert moved[0].min() > 0.0
+def a_cluster(mesh, steepness=30.0):
+    """A dense corner in uniform pressure, a little flow, on any mesh."""
+    gas = Grossman(0.0, 0.0)
+    r = np.hypot(mesh.x[:, None], mesh.y[None, :])
+    n = 0.004 + 0.75 / (1.0 + np.exp(steepness * (r - 0.4)))
+    return State.of(gas, mesh, n, gas.temperature(n, 0.004), (0.01 * n, 0.02))
+
+
+@pytest.mark.parametrize("steepness", [30.0, 1e9])
+def test_regrid_conserves_and_keeps_bounds_and_pressure(steepness):
+    with np.errstate(over="ignore"):
+        old = a_cluster(Mesh.rectangle((48, 96), 2.0), steepness)
+    moved = regrid(old, Mesh.rectangle((40, 130), 2.0, 4.0))
+    for before, after in zip(old.conserved, moved.conserved, strict=True):
+        assert moved.mesh.integral(after) == pytest.approx(old.mesh.integral(before), rel=1e-12)
+    assert old.density.min() * (1.0 - 1e-11) <= moved.density.min()
+    assert moved.density.max() <= old.density.max() * (1.0 + 1e-11)
+    assert np.ptp(moved.pressure) < 1e-10 * moved.pressure.mean()
+
+
+def test_regrid_converges_and_keeps_an_unchanged_mesh():
+    old = a_cluster(Mesh.rectangle((16, 24), 2.0))
+    np.testing.assert_array_equal(regrid(old, Mesh.rectangle((16, 24), 2.0)).conserved, old.conserved)
+    errors = []
+    for nx in (32, 64, 128):
+        there = a_cluster(Mesh.rectangle((nx, 2 * nx), 2.0), 10.0)
+        target = Mesh.rectangle((3 * nx // 4, nx), 2.0, 2.0)
+        wanted = a_cluster(target, 10.0)
+        errors.append(np.abs(regrid(there, target).density - wanted.density).mean())
+    assert errors[0] / errors[1] > 3.0 and errors[1] / errors[2] > 3.0
+
+
+def test_a_nan_of_either_sign_is_the_largest():
+    out = np.zeros(3)
+    for i, odd in enumerate((np.nan, -np.nan, 2.0)):
+        largest_of(np.array([1.0, odd, 0.5]), out, i)
+    assert np.isnan(out[0]) and np.isnan(out[1]) and out[2] == 2.0
+
+
+@kernel
+def largest_of(values, out, i):
+    store_largest(values, out, i)
+
+
+@pytest.mark.parametrize(
+    ("cold", "K", "L"), [(1e-2, 2e-3, 5e4), (1e-4, 2e-3, 5e4), (1e-6, 2e-3, 5e4), (1e-3, 0.2, 5e4)]
+)
+def test_cold_gas_beside_a_hot_wall_loses_heat_and_does_not_overshoot(cold, K, L):
+    gas, mesh = Grossman(L, K), Mesh.rectangle((32, 8))
+    state = State.of(gas, mesh, 0.0235, cold)
+    run, losses, hottest = Run(state, Godunov(gas, ThermalWall(1.0), mesh), 0.5), [], []
+
+    class Watch(AtTimes):
+        def look(self, run):
+            losses.append(run.ledger.sums["collisions"].value)
+            hottest.append(run.state.temperature.max())
+
+    march(run, [Watch(lambda run: None)])
+    assert np.all(np.diff(losses) > 0.0)
+    assert max(hottest) < 1.0
 
 
 def test_compensated_sum_loses_no_digits():
@@ -226,8 +283,43 @@ def test_tracker_of_times_survives_an_inexact_cadence():
 def test_a_step_out_of_proportion_to_the_cooling_time_is_rejected_at_once():
     gas, mesh = Grossman(5e8, 1.0), Mesh.rectangle((4, 4))
     state = State.of(gas, mesh, 0.9, 1.0)
-    with pytest.raises(StepRejected):
+    with pytest.raises(StepRejected, match="too fast for dt = 1"):
         Godunov(gas, VibratingWall(0.0), mesh).step(state, 1.0)
+
+
+def test_a_mesh_of_one_cell_between_walls_is_refused():
+    with pytest.raises(ValueError, match="between walls"):
+        Godunov(Grossman(0.0, 0.0), VibratingWall(0.0), Mesh.rectangle((8, 1)))
+
+
+def test_a_step_keeps_the_arrays_of_its_state():
+    gas, mesh = Grossman(0.0, 0.0), Mesh.rectangle((8, 8))
+    state = State.of(gas, mesh, 0.1, 1.0)
+    array = state.conserved
+    Godunov(gas, VibratingWall(0.0), mesh).step(state, 1e-3)
+    assert state.conserved is array
+
+
+def test_check_and_integrator_agree_on_the_first_step():
+    deck = parse(Path(__file__).parent.parent.joinpath("problems", "noise.toml").read_text(encoding="utf-8"))
+    state = initial_state(deck)
+    assert largest_step(deck, state) == pytest.approx(integrator_of(deck, state).largest_step(state), rel=1e-12)
+
+
+def test_a_cluster_across_a_periodic_seam_has_the_height_of_one_inside():
+    mesh = Mesh.rectangle((8, 32), 2.0, periodic=(False, True))
+    line = 0.3 + 0.1 * np.cos(np.pi * (mesh.y - 0.99))
+    inside = np.broadcast_to(line, mesh.cells)
+    seam = np.roll(inside, 16, axis=1)
+    assert wall_extremes(seam, mesh) == pytest.approx(wall_extremes(inside, mesh), rel=1e-14)
+
+
+def test_no_density_beyond_its_bounds_is_extrapolated_to_a_wall():
+    mesh = Mesh.rectangle((8, 8))
+    steep = np.full(mesh.cells, 0.1)
+    steep[0, 0] = 0.95
+    low, high = wall_extremes(steep, mesh)
+    assert 0.0 < low <= high < 1.0
 
 
 def test_the_number_of_threads_does_not_change_a_bit():

@@ -60,11 +60,34 @@ def test_a_folder_with_a_run_is_kept_unless_told(run_deck, capsys):
     assert summary_of(folder)["time"] == 0.2
 
 
+def test_files_that_no_run_made_are_left_alone(run_deck, tmp_path, capsys):
+    mine = tmp_path / "run" / "pictures" / "holiday.png"
+    mine.parent.mkdir(parents=True)
+    mine.write_text("mine")
+    for options in (("--quiet",), ("--quiet", "--overwrite")):
+        assert run_deck("cooling", "mesh.cells=[8,8]", "time.end=0.1", options=options)[1] == 2
+    assert "pictures" in capsys.readouterr().err and mine.read_text() == "mine"
+
+
+def test_a_run_does_not_replace_the_checkpoint_it_starts_from(run_deck, checkpoint, capsys):
+    words = ("initial.kind=checkpoint", f"initial.path={checkpoint}")
+    folder, code = run_deck("fig4", *SMALL, *words, options=("--quiet", "--overwrite"))
+    assert code == 2 and "initial.path" in capsys.readouterr().err
+    assert checkpoint.exists() and checkpoint.is_relative_to(folder)
+
+
+def test_a_start_that_fails_leaves_no_folder(run_deck):
+    folder, code = run_deck("fig4", "initial.kind=checkpoint", "initial.path=nowhere.h5")
+    assert code == 2 and not folder.exists()
+
+
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
         (["nothing.toml"], "nothing.toml"),
         (["gas.f=2"], "gas.f"),
+        (["output.checkpoint_every=1e-20"], "output.checkpoint_every"),
+        (["output.history_every=1e-310"], "output.history_every"),
         (["time.integrator=godunof"], "godunov"),
         (["wall.kind=thermal", "wall.W=1"], "wall.W"),
         (["initial.kind=checkpoint", "initial.path=nowhere.h5"], "nowhere.h5"),

@@ -25,6 +25,9 @@ LIMITERS = ("minmod", "van_leer", "mc")
 RIEMANN_SOLVERS = ("hllc", "hllc_lm")
 
 
+SHORTEST_CADENCE = 1e-6  # of the run: more often than that would fill the disk
+
+
 def broken_rule(problem: str, key: str = "", value: object = None) -> PydanticCustomError:
     """The error for a broken rule; `key` (dotted, from the top) and its `value` when another key is to blame."""
     return PydanticCustomError("rule", "{problem}", {"problem": problem, "key": key, "value": value})
@@ -437,6 +440,11 @@ class EvolutionDeck(Deck):
     @classmethod
     def _check_output(cls, output: Output, info: ValidationInfo) -> Output:
         time = info.data.get("time")
+        least = 0.0 if time is None else SHORTEST_CADENCE * time.end
+        for key in ("checkpoint_every", "history_every"):
+            every = getattr(output, key)
+            if every is not None and every < least:
+                raise broken_rule(f"must be {least:g} or more, a millionth of time.end", f"output.{key}", every)
         if time is not None and output.times and output.times[-1] > time.end:
             raise broken_rule(f"must not go beyond time.end = {time.end:g}", "output.times", output.times)
         return output

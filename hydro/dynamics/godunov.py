@@ -1,8 +1,8 @@
 """The explicit integrator: Strang splitting of the hydrodynamic update, heat and friction.
 
-One step is half of (source, heat, friction), the whole hydrodynamic update, and the second half in reverse
-order: second-order accurate. Friction is exact. A steady state leaves each part at rest by itself, hence is a
-fixed point for every step size.
+One step is half of (source, heat, friction), the whole hydrodynamic update, and the other half: second-order
+accurate, for heat acts at frozen density and velocity and so commutes with friction. Friction is exact. A steady
+state leaves each part at rest by itself, hence is a fixed point for every step size.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.gas import Closure
 from hydro.jit import kernel, part
-from hydro.mesh import Mesh
+from hydro.mesh import GHOSTS, Mesh
 from hydro.state import State, worst_cell
 
 CELLS_PER_THREAD = 4096  # fewer are not worth waking a thread for
@@ -47,7 +47,8 @@ class Godunov:
     """Unsplit MUSCL-Hancock finite volumes with RKL2 conduction and cooling; see `hancock` and `heat`.
 
     `source(time, mesh)`, if given, is added to the equations: rates of the four conserved fields, shape
-    (4, nx, ny), taken at mid-step. State and work space take 176 bytes per cell.
+    (4, nx, ny), taken at mid-step. State and work space take 176 bytes per cell. ValueError for a mesh of a single
+    cell between walls.
     """
 
     def __init__(
@@ -61,6 +62,8 @@ class Godunov:
         riemann: str = "hllc_lm",
         source: Source | None = None,
     ):
+        if any(count < GHOSTS and not wraps for count, wraps in zip(mesh.cells, mesh.periodic, strict=True)):
+            raise ValueError(f"{mesh.cells} cells: {GHOSTS} or more are needed between walls")
         self.threads = threads = worth_threads(mesh)
         self.gas, self.wall, self.mesh, self.tau, self.cfl, self.source = gas, wall, mesh, tau, cfl, source
         self._flow = Flow(
@@ -91,13 +94,20 @@ class Godunov:
             second = self._heat_and_rub(after, 0.5 * dt)
             self._add(source, after, dt)
             signal_rates(self.gas, after, self.mesh.dx, self.mesh.dy, before[0], self._rates)
-        if not self._rates.max() < math.inf:
-            self._heat.wall_temperature[:] = guess
-            raise StepRejected(worst_cell(State(self.gas, self.mesh, self._next)))
-        state.conserved, self._next = self._next, state.conserved
-        state.time += dt
         wall, collisions, friction = np.add(first, second).tolist()
+        if math.isnan(wall) or not self._rates.max() < math.inf:
+            self._heat.wall_temperature[:] = guess
+            raise StepRejected(self._reason(wall, dt))
+        state.conserved[:] = after
+        state.time += dt
         return Exchange(wall, collisions, friction, 0.0 if source is None else dt * self.mesh.integral(source[3]))
+
+    def _reason(self, wall: float, dt: float) -> str:
+        """Why a step is rejected: where heat is too fast, or which cell would be inadmissible."""
+        if math.isnan(wall):
+            x = self.mesh.x[np.argmax(self._heat.sums[heat.RATE])]
+            return f"conduction or cooling is too fast for dt = {dt:.3g}, most of all at x = {x:.4g}"
+        return worst_cell(State(self.gas, self.mesh, self._next))
 
     def _add(self, source: np.ndarray | None, state: np.ndarray, dt: float) -> None:
         """Half of the source over the whole step."""

@@ -17,9 +17,9 @@ import numpy as np
 from numba import prange
 
 from hydro.jit import inline, kernel, part
+from hydro.mesh import GHOSTS
 
 TILE = 128  # cells of a row that are updated at once
-GHOSTS = 2
 ROW = TILE + 2 * GHOSTS
 SCRATCH = 44 * ROW
 

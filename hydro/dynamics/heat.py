@@ -25,8 +25,9 @@ from hydro.dynamics.reduce import store_largest
 from hydro.jit import inline, kernel, part
 
 COOLING_FRACTION = 0.03  # of a cooling time at most, in one super-step
+CHANGE = 0.3  # of the temperature at most, in one super-step, by the rates at its start
 SAFETY = 1.2  # of the spectral radius, for the conductivity's own dependence on temperature
-MOST_STAGES, MOST_SUPERSTEPS = 999, 1000
+MOST_EXPLICIT_STEPS, MOST_SUPERSTEPS = 2e5, 1000
 
 # Fields of the work array, each (nx, ny).
 START, LAST, NEXT = 0, 1, 2  # temperature: at the start, and at the last two stages, which change places
@@ -91,27 +92,38 @@ class HeatArrays(NamedTuple):
 def advance(gas, wall, geometry, arrays, state, dt):
     """Heat the conserved `state` (4, nx, ny) for `dt`; returns the energies given by the wall and lost in collisions.
 
-    Where the step is out of all proportion to the cooling time, the state gets a NaN: the step will be rejected.
+    Both are NaN if the step is out of all proportion to the rates of conduction and cooling.
     """
     begin(gas, state, arrays)
-    needed = dt * largest(arrays.sums[RATE]) / COOLING_FRACTION
-    given, lost = 0.0, 0.0
-    if not needed < MOST_SUPERSTEPS:
-        state[3, 0, 0] = np.nan
-        return given, lost
-    supersteps = 1 + int(needed)
-    for _ in range(supersteps):
-        given += superstep(gas, wall, geometry, arrays, dt / supersteps)
-        correct(geometry, arrays, state, dt / supersteps)
+    given, lost, remaining = 0.0, 0.0, dt
+    for _ in range(MOST_SUPERSTEPS):
+        power = drive(gas, wall, geometry, arrays, START)
+        start_rates(geometry, arrays)
+        step = superstep_size(arrays, remaining)
+        given += superstep(gas, wall, geometry, arrays, power, step)
+        correct(geometry, arrays, state, step)
         lost += total(arrays.sums[LOSS])
-    return given, lost
+        if step == remaining:
+            return given, lost
+        remaining -= step
+    return np.nan, np.nan
 
 
 @part
-def superstep(gas, wall, geometry, arrays, dt):
-    """One RKL2 step of temperature and losses, from START to LAST; returns the energy given by the wall."""
-    power = drive(gas, wall, geometry, arrays, START)
-    start_rates(geometry, arrays)
+def superstep_size(arrays, remaining):
+    """The next super-step: all that remains, if rates and stages allow it; rather two halves than a sliver."""
+    longest = min(1.0 / largest(arrays.sums[RATE]), MOST_EXPLICIT_STEPS / (SAFETY * largest(arrays.sums[RADIUS])))
+    if longest >= remaining:
+        return remaining
+    return min(longest, 0.5 * remaining)
+
+
+@part
+def superstep(gas, wall, geometry, arrays, power, dt):
+    """One RKL2 step of temperature and losses, from START to LAST; returns the energy given by the wall.
+
+    power: what the wall gives at the start.
+    """
     stages = stage_count(0.5 * dt * SAFETY * largest(arrays.sums[RADIUS]))
     unit = 4.0 / (stages * stages + stages - 2.0)
     first_stage(arrays.work, unit * dt / 3.0)
@@ -164,8 +176,8 @@ def largest(values):
 @inline
 def stage_count(explicit_steps):
     """The smallest odd number of stages, three or more, that reaches so many explicit steps."""
-    enough = int(np.ceil(0.5 * (np.sqrt(9.0 + 16.0 * min(explicit_steps, 1e6)) - 1.0)))
-    return min(max(3, enough + 1 - enough % 2), MOST_STAGES)
+    enough = int(np.ceil(0.5 * (np.sqrt(9.0 + 16.0 * min(explicit_steps, MOST_EXPLICIT_STEPS)) - 1.0)))
+    return max(3, enough + 1 - enough % 2)
 
 
 @inline
@@ -184,16 +196,15 @@ def coefficients(j, unit):
 
 @kernel(parallel=True)
 def begin(gas, state, arrays):
-    """Temperatures and coefficients of `state`, and per row the largest cooling rate I/(nT)."""
+    """Temperatures and coefficients of `state`."""
     for i in prange(state.shape[1]):
-        begin_row(gas, state[0, i], state[1, i], state[2, i], state[3, i], arrays.work, arrays.sums, i)
+        begin_row(gas, state[0, i], state[1, i], state[2, i], state[3, i], arrays.work, i)
 
 
 @part
-def begin_row(gas, density, momentum_x, momentum_y, energy, work, sums, i):
+def begin_row(gas, density, momentum_x, momentum_y, energy, work, i):
     """Row i of `begin`."""
     temperature, conduction, cooling, inverse = work[START, i], work[CONDUCTION, i], work[COOLING, i], work[INVERSE, i]
-    rate = work[NEXT, i]
     for j in range(np.uint64(density.size)):
         n = density[j]
         over = 1.0 / n
@@ -202,8 +213,6 @@ def begin_row(gas, density, momentum_x, momentum_y, energy, work, sums, i):
         conduction[j] = gas.conductivity_coefficient(n)
         cooling[j] = gas.cooling_coefficient(n) * over
         inverse[j] = over
-        rate[j] = cooling[j] * np.sqrt(T)
-    store_largest(rate, sums[RATE], i)
 
 
 @part
@@ -300,7 +309,7 @@ def wall_conductance(geometry, arrays, s):
 
 @kernel(parallel=True)
 def start_rates(geometry, arrays):
-    """Rates of conduction and cooling at the start, and per row a bound of the spectral radius."""
+    """Rates of conduction and cooling at the start; per row, what they and the spectral radius ask of the step."""
     work = arrays.work
     nx, bands = work.shape[1], arrays.scratch.shape[0]
     for band in prange(bands):
@@ -320,13 +329,15 @@ def start_row(work, i, divergence, conductance, sums):
     """Rates of row i at the start from its divergence."""
     T, inverse, cooling = work[START, i], work[INVERSE, i], work[COOLING, i]
     conducted, cooled = work[CONDUCTED, i], work[COOLED, i]
-    radius = work[NEXT, i]
+    radius, rate = work[NEXT, i], work[LAST, i]
     for j in range(np.uint64(T.size)):
         root = np.sqrt(T[j])
         conducted[j] = divergence[j + ONE] * inverse[j]
         cooled[j] = cooling[j] * T[j] * root
         radius[j] = 2.0 * conductance[j + ONE] * inverse[j] + 1.5 * cooling[j] * root
+        rate[j] = max(cooled[j] / COOLING_FRACTION, abs(conducted[j] - cooled[j]) / CHANGE) / T[j]
     store_largest(radius, sums[RADIUS], i)
+    store_largest(rate, sums[RATE], i)
 
 
 @kernel(parallel=True)
@@ -390,7 +401,8 @@ def correct_row(geometry, work, sums, density, energy, i, dt):
     """Row i of `correct`.
 
     With d the conducted heat per grain and time, and i = c T^(3/2) the loss, dT/dt = d - i; the loss over dt
-    is the Taylor series of i along this trajectory.
+    is the Taylor series of i along this trajectory. It is no good where the temperature changes by as much as
+    itself, beside a wall that is suddenly hot: there RKL2's own loss stands.
     """
     T, after, lost, cooling = work[START, i], work[LAST, i], work[LAST + LOST, i], work[COOLING, i]
     total = 0.0
@@ -403,6 +415,7 @@ def correct_row(geometry, work, sums, density, energy, i, dt):
         i2 = 1.5 * c * (0.5 * gain * gain / root - root * i1)
         i3 = -1.5 * c * (0.25 * gain * gain * gain / (T[j] * root) + 1.5 * gain * i1 / root + root * i2)
         loss = dt * (i0 + dt * (0.5 * i1 + dt / 6.0 * (i2 + 0.25 * dt * i3)))
+        loss = loss if abs(conducted) < 0.5 * T[j] else lost[j]
         change = conducted - loss
         T[j] += change
         energy[j] += density[j] * change

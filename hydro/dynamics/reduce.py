@@ -6,16 +6,18 @@ import numpy as np
 
 from hydro.jit import part
 
+MAGNITUDE = np.int64(0x7FFFFFFFFFFFFFFF)  # all bits of a double but its sign
+
 
 @part
 def store_largest(values, largest, i):
-    """largest[i] = the maximum of `values`, none of them negative; a NaN counts as larger than all numbers.
+    """largest[i] = the maximum of |values|; a NaN, of either sign, counts as larger than all numbers.
 
-    The bits of such numbers, read as integers, are in the same order, and a maximum of integers is vectorized
-    while one of numbers that may be NaN is not.
+    The bits of numbers without their sign, read as integers, are in the same order, and a maximum of integers is
+    vectorized while one of numbers that may be NaN is not.
     """
     bits = values.view(np.int64)
     most = np.int64(0)
     for k in range(np.uint64(bits.size)):
-        most = max(most, bits[k])
+        most = max(most, bits[k] & MAGNITUDE)
     largest.view(np.int64)[i] = most

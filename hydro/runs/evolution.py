@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from hydro.deck import EvolutionDeck, dumps
+from hydro.deck.model import CheckpointInitial
 from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator, StepRejected
-from hydro.errors import HydroError
+from hydro.errors import Complaint, DeckError, HydroError
 from hydro.initial import initial_state
 from hydro.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
@@ -29,21 +30,25 @@ MOST_PANELS = 12
 
 
 def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
-    """Run the deck in its prepared folder; returns the summary.
+    """Run the deck in its folder; returns the summary.
 
-    A HydroError on the way (failure, signal) comes through after the last good state has been saved.
+    Nothing in the folder is touched before the initial state is there and all is compiled. A HydroError on the
+    way (failure, signal) comes through after the last good state has been saved.
     """
-    state, wall = initial_state(deck), wall_of(deck)
-    integrator = integrator_of(deck, state)
-    compile_seconds = warm_up(integrator, state)
-    run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
-    keeper = Keeper(deck, folder, wall)
     with contextlib.ExitStack() as stack:
+        stop = stack.enter_context(StopOnSignal())
+        refuse_own_checkpoint(deck, folder)
+        state, wall = initial_state(deck), wall_of(deck)
+        integrator = integrator_of(deck, state)
+        compile_seconds = warm_up(integrator, state)
+        folder.prepare(dumps(deck))
+        run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
+        keeper = Keeper(deck, folder, wall)
         trackers: list[Tracker] = [
             AtTimes(keeper.snapshot, deck.output_times),
             AtTimes(keeper.checkpoint, every=deck.output.checkpoint_every),
             History(folder.history, wall, deck.history_interval),
-            stack.enter_context(StopOnSignal()),
+            stop,
         ]
         if not quiet:
             trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
@@ -52,7 +57,15 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
         except HydroError:
             keeper.finish(run, compile_seconds, completed=False)
             raise
-    return keeper.finish(run, compile_seconds, completed=True)
+        return keeper.finish(run, compile_seconds, completed=True)
+
+
+def refuse_own_checkpoint(deck: EvolutionDeck, folder: RunFolder) -> None:
+    """DeckError if the run would replace the checkpoint that it starts from."""
+    initial = deck.initial
+    if isinstance(initial, CheckpointInitial) and Path(initial.path).resolve().is_relative_to(folder.path.resolve()):
+        problem = f"{initial.path} lies in the folder that this run would replace; choose another with --output"
+        raise DeckError([Complaint("initial.path", problem)], "output folder")
 
 
 def integrator_of(deck: EvolutionDeck, state: State) -> Integrator:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -29,13 +28,19 @@ class RunFolder:
         self.checkpoints = path / "checkpoints"
         self.pictures = path / "pictures"
 
-    def prepare(self, deck: str, overwrite: bool) -> None:
-        """Make the folder and write the resolved deck into it.
+    def check(self, overwrite: bool) -> None:
+        """DeckError if the folder holds a run that is not to be replaced, or files that no run made."""
+        if self.deck.exists():
+            if not overwrite:
+                raise DeckError(f"{self.path} holds a run already; --overwrite replaces it", "output folder")
+        elif taken := [name for name in (*OWN_FILES, *OWN_FOLDERS) if (self.path / name).exists()]:
+            raise DeckError(f"{self.path} is no folder of a run, but has {', '.join(taken)}", "output folder")
 
-        DeckError when it cannot be made, or holds another run and is not to be overwritten.
+    def prepare(self, deck: str) -> None:
+        """Make the folder, without the files of the run it may hold, and write the resolved deck into it.
+
+        DeckError when that cannot be done.
         """
-        if self.deck.exists() and not overwrite:
-            raise DeckError(f"{self.path} holds a run already; --overwrite replaces it", "output folder")
         try:
             self._clear()
             for folder in (self.path, self.checkpoints, self.pictures):
@@ -46,10 +51,10 @@ class RunFolder:
 
     def _clear(self) -> None:
         """Remove what an earlier run left, and nothing else."""
-        for name in OWN_FOLDERS:
-            shutil.rmtree(self.path / name, ignore_errors=True)
-        for name in OWN_FILES:
-            (self.path / name).unlink(missing_ok=True)
+        made = [self.path / name for name in OWN_FILES]
+        made += [*self.checkpoints.glob("*.h5"), *self.pictures.glob("*.png")]
+        for path in made:
+            path.unlink(missing_ok=True)
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write summary.json; numbers that JSON does not know become null."""

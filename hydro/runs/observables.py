@@ -30,10 +30,12 @@ def wall_extremes(density: np.ndarray, mesh: Mesh) -> tuple[float, float]:
     the first two cells. A largest or smallest value between walls is that of the parabola through three cells.
     """
     line = wall_profile(density, mesh)
-    candidates = [line, -peaks(-line), peaks(line)]
+    inside = np.pad(line, 1, mode="wrap") if mesh.periodic[1] else line
+    candidates = [line, -peaks(-inside), peaks(inside)]
     if not mesh.periodic[1]:
         candidates += [even_extrapolation(line, mesh.dy), even_extrapolation(line[::-1], mesh.dy[::-1])]
     values = np.concatenate([np.atleast_1d(part) for part in candidates])
+    values = values[(values > 0.0) & (values < 1.0)]  # a parabola through noise may leave the densities
     return float(values.min()), float(values.max())
 
 
@@ -43,11 +45,15 @@ def wall_profile(density: np.ndarray, mesh: Mesh) -> np.ndarray:
 
 
 def even_extrapolation(averages: np.ndarray, widths: np.ndarray) -> np.ndarray:
-    """Value at s=0 of a + b s^2 with the first two cell averages (along axis 0) of the given widths."""
+    """Value at s=0 of a + b s^2 with the first two cell averages (along axis 0) of the given widths.
+
+    Where that is no density, beside a jump, the first cell's average.
+    """
     near, far = widths[0], widths[0] + widths[1]
     first = near**2 / 3.0
     second = (far**3 - near**3) / (3.0 * widths[1])
-    return averages[0] - (averages[1] - averages[0]) * first / (second - first)
+    value = averages[0] - (averages[1] - averages[0]) * first / (second - first)
+    return np.where((value > 0.0) & (value < 1.0), value, averages[0])
 
 
 def peaks(line: np.ndarray) -> np.ndarray:
