@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydro.deck import EvolutionDeck
-from hydro.deck.model import Vibrating
+from hydro.deck.model import Thermal, Vibrating
 from hydro.initial import initial_state
 from hydro.state import State
 
@@ -16,6 +16,7 @@ from hydro.state import State
 SECONDS_PER_CELL_STEP = 8e-8
 
 BYTES_PER_CELL = 176
+PAPER_W = 114.0  # the strength of the vibrating wall that keeps it at about T_* in the states of Figs. 3 and 4
 
 NEARLY_ELASTIC = 0.1  # the paper wants 1 - r^2 << 1
 DENSE = 0.76  # largest density of the localized states of Figs. 3 and 4
@@ -76,20 +77,21 @@ def _time_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
         found.append(Scale("cooling time", cooling, "t_c of T = T_0/(1 + t/t_c)^2 at the start"))
     found.append(Scale("friction time", deck.gas.tau, "tau"))
     if isinstance(deck.wall, Vibrating) and deck.wall.W > 0.0:
-        found.append(Scale("wall temperature", 114.0 / deck.wall.W, "about, in states like those of Figs. 3 and 4"))
+        found.append(Scale("wall temperature", driven_temperature(deck), "about, in states like that of Fig. 4"))
     return found
 
 
 def _mesh_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     mesh = state.mesh
     step = largest_step(deck, state)
-    steps = deck.time.end / step
+    hotter = max(1.0, driven_temperature(deck) / float(state.temperature.max()))
+    steps = deck.time.end / step * math.sqrt(hotter)
     return [
         Scale("narrowest cell in x", float(mesh.dx.min()), "at x = 0"),
         Scale("cell in y", float(mesh.dy.max()), ""),
         Scale("thermal length", thermal_length(state), f"over which conduction balances cooling at n = {DENSE}"),
         Scale("time step", step, "at the start"),
-        Scale("steps", steps, "at the first step size"),
+        Scale("steps", steps, "about, with the sound speed of the start or of the driving wall"),
         Scale("memory", mesh.areas.size * BYTES_PER_CELL / 2**20, "MiB for state and work space"),
         Scale("run time", steps * mesh.areas.size * SECONDS_PER_CELL_STEP, "seconds, a guess for one core"),
     ]
@@ -106,7 +108,15 @@ def warnings(deck: EvolutionDeck, state: State) -> list[str]:
             f"(K/mu = {grain_diameter(deck):.3g} and L = {deck.gas.L:g} together fix it)",
         ),
         (
-            width > length,
+            elasticity > 1.0,
+            "no grains have that: 1 - r^2 is at most 1. Take a smaller K or L, or a larger mu",
+        ),
+        (
+            deck.gas.f is not None and not deck.initial.needs_area_fraction,
+            f"gas.f is not used: the initial state has the mean density {mean_density(state):.4g}",
+        ),
+        (
+            driven_temperature(deck) > 0.0 and width > length,
             f"cells of {width:.3g} are wider than the thermal length {length:.3g} of a cluster of density {DENSE}: "
             "its largest density will be off by several percent or more",
         ),
@@ -122,6 +132,13 @@ def warnings(deck: EvolutionDeck, state: State) -> list[str]:
         ),
     ]
     return [text for holds, text in verdicts if holds]
+
+
+def driven_temperature(deck: EvolutionDeck) -> float:
+    """Temperature of the driving wall, in states like those of Figs. 3 and 4; zero for an elastic wall."""
+    if isinstance(deck.wall, Thermal):
+        return deck.wall.temperature
+    return deck.wall.W / PAPER_W if isinstance(deck.wall, Vibrating) else 0.0
 
 
 def mean_density(state: State) -> float:

@@ -109,6 +109,13 @@ def test_check_prints_deck_scales_and_warnings(capsys):
         assert any(line.startswith("# warning") and warned in line for line in printed.splitlines())
 
 
+def test_check_knows_that_a_stronger_wall_is_hotter(capsys):
+    """kappa ~ T^(1/2) and q ~ W T^(1/2): the wall's temperature is proportional to W."""
+    main(["check", str(PROBLEMS / "fig4.toml"), "wall.W=228"])
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if "wall temperature" in line)
+    assert float(line.split()[3]) == pytest.approx(2.0)
+
+
 def test_check_of_a_good_deck_does_not_warn(capsys):
     overrides = ["mesh.cells=[128,256]", "gas.mu=2.0"]
     assert main(["check", str(PROBLEMS / "fig4.toml"), *overrides]) == 0

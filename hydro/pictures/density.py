@@ -58,7 +58,7 @@ def draw(axis: Axes, panel: Map, label: str = "") -> None:
     shades = axis.pcolormesh(mesh.x_faces, mesh.y_faces, panel.density.T, cmap="gray_r", vmin=0.0, rasterized=True)
     axis.set_aspect(drawn_ratio(mesh) / mesh.aspect_ratio)
     axis.set_title(f"{label}$t={panel.time:g}$", fontsize=10)
-    axis.set_xlabel(f"$x/L_x$\n$n(0,y)$: {panel.wall_min:.2g} to {panel.wall_max:.2g}")
+    axis.set_xlabel(f"$x/L_x$\n$n(0,y)$: {panel.wall_min:.3g} to {panel.wall_max:.3g}")
     scale = axis.figure.colorbar(shades, ax=axis, fraction=0.08, pad=0.03, shrink=0.9)
     scale.set_label("$n/n_c$")
     scale.ax.tick_params(labelsize=8)

@@ -54,9 +54,9 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
             trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
         try:
             march(run, trackers)
-        except HydroError:
+        except HydroError as error:
             keeper.finish(run, compile_seconds, completed=False)
-            raise
+            raise type(error)(f"{error}\nthe last good state is saved in {keeper.latest}") from error
         return keeper.finish(run, compile_seconds, completed=True)
 
 
@@ -97,7 +97,7 @@ class Keeper:
         self.deck, self.folder, self.wall = deck, folder, wall
         self.snapshots: list[dict[str, float]] = []
         self._files: list[Path] = []  # of the snapshots
-        self._latest = Path()
+        self.latest = Path()
         self._saved_at = -math.inf
         self._count = 0
 
@@ -105,7 +105,7 @@ class Keeper:
         """Note the observables, save a checkpoint and draw the density."""
         self.snapshots.append(snapshot(run.state, self.wall))
         self.checkpoint(run)
-        self._files.append(self._latest)
+        self._files.append(self.latest)
         self._draw_density([run.state], self.snapshots[-1:], f"density_{self._count:04d}")
 
     def checkpoint(self, run: Run) -> None:
@@ -119,8 +119,8 @@ class Keeper:
             state.mesh, state.conserved, state.time, run.steps, run.rejected, run.dt_limit,
             run.ledger.entries(), run.integrator.memory(), dumps(self.deck),
         )  # fmt: skip
-        self._latest = self.folder.checkpoints / f"{self._count:04d}_t{state.time:g}.h5"
-        write_checkpoint(self._latest, saved)
+        self.latest = self.folder.checkpoints / f"{self._count:04d}_t{state.time:g}.h5"
+        write_checkpoint(self.latest, saved)
 
     def finish(self, run: Run, compile_seconds: float, completed: bool) -> dict[str, Any]:
         """Save the last state, draw the pictures of the whole run, write the summary and return it."""
