@@ -11,7 +11,8 @@ FAILED = 5
 PREFACE = """# Verification
 
 Every number here is measured when this page is printed, by `python -m hydro verify{option}`; the tests assert
-the claims of the quick version. A claim compares a measured number with a bound that was fixed beforehand."""
+that those of the quick version hold, but for the ones that fail here too. A bound stays where
+it is when a number misses it: the claim is then reported as failing."""
 
 
 def write(full: bool) -> int:

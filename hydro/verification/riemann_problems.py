@@ -30,8 +30,7 @@ SUBCELLS = 64  # of a cell, for exact averages
 CELLS = (100, 200, 400, 800)
 SIZES = [1.0 / count for count in CELLS]
 ORDER_OF_ALL, ORDER_AT_SHOCK = 0.6, 0.8
-QUIET_LIMITERS = ("minmod", "van_leer")
-OVERSHOOT = 0.02  # of the jump
+OVERSHOOT = 0.01  # of the jump
 STARTUP = 8  # cells beside the contact that keep the error of the first steps, when the jump has no width yet
 
 
@@ -182,17 +181,17 @@ def oscillations(full: bool) -> Findings:
 
     The largest of density, velocity and pressure on 400 cells. A few cells beside the contact are left out of the
     overshoot (not out of the variation): they keep the error of the first steps, when the jump has no width yet
-    ("wall heating"), which no Godunov method is free of. MC is in the table but not in the claims: slopes are limited
-    variable by variable, which bounds no system of equations, and with slopes as steep as MC's the gas behind a very
-    strong shock rings by several percent. For such shocks take minmod or van_leer.
+    ("wall heating"), which no Godunov method is free of. Slopes are limited variable by variable, which bounds no
+    system of equations: with slopes as steep as MC's the gas behind a very strong shock rings by several percent,
+    and the claim fails there. For such shocks take minmod.
     """
     claims: list[Claim] = []
     rows: list[Row] = []
     for problem, riemann in itertools.product(PROBLEMS, RIEMANN_SOLVERS):
         outcomes = {limiter: calculate(problem, 0, 400, limiter=limiter, riemann=riemann) for limiter in LIMITERS}
         rows += [(problem.name, riemann, name, o.overshoot, o.variation_growth) for name, o in outcomes.items()]
-        worst = max(outcomes[limiter].overshoot for limiter in QUIET_LIMITERS)
-        statement = f"{problem.name}, {riemann}: overshoot over the jump, minmod and van_leer"
+        worst = max(outcome.overshoot for outcome in outcomes.values())
+        statement = f"{problem.name}, {riemann}: overshoot over the jump, any limiter"
         claims.append(at_most(TOPIC, statement, "0 for a monotone method", worst, OVERSHOOT))
     header = ("problem", "Riemann solver", "limiter", "overshoot", "growth of variation")
     return Findings(tuple(claims), (Table("Overshoot and growth of the total variation, 400 cells.", header, rows),))
