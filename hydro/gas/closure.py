@@ -4,8 +4,10 @@ Hard disks have no energy scale of their own, so temperature enters only by powe
 
     p = n T Z(n),    kappa = k(n) T^(1/2),    I = q(n) T^(3/2)
 
-A closure gives the compressibility factor `Z`, the coefficients `k` and `q`, and their slopes in n; pressure,
-sound speed and derivatives follow here. Scaled units: density n_c, length L_x, temperature T_*.
+Toward close packing the gaps between disks vanish, and Z, k and q diverge like 1/(1-n). A closure gives the factors
+(1-n) Z, (1-n) k and (1-n) q, which are smooth up to n = 1, and their slopes in n; all else follows here. Steady states
+use the factors themselves: their 1-n may be far below what n can resolve.
+Scaled units: density n_c, length L_x, temperature T_*.
 """
 
 from __future__ import annotations
@@ -31,15 +33,21 @@ class Closure(Protocol):
     @property
     def K(self) -> float: ...  # conduction
 
-    def compressibility(self, n): ...  # Z(n)
-    def compressibility_slope(self, n): ...  # dZ/dn
+    def pressure_factor(self, n): ...  # (1-n) Z
+    def pressure_factor_slope(self, n): ...  # d/dn of it
     def density(self, p, T): ...  # n(p, T)
     def mean_free_path(self, n): ...  # over the grain diameter
-    def conductivity_coefficient(self, n): ...  # k(n)
-    def conductivity_coefficient_slope(self, n): ...  # dk/dn
-    def cooling_coefficient(self, n): ...  # q(n)
-    def cooling_coefficient_slope(self, n): ...  # dq/dn
+    def conductivity_factor(self, n): ...  # (1-n) k
+    def conductivity_factor_slope(self, n): ...
+    def cooling_factor(self, n): ...  # (1-n) q
+    def cooling_factor_slope(self, n): ...
 
+    def compressibility(self, n): ...
+    def compressibility_slope(self, n): ...
+    def conductivity_coefficient(self, n): ...
+    def conductivity_coefficient_slope(self, n): ...
+    def cooling_coefficient(self, n): ...
+    def cooling_coefficient_slope(self, n): ...
     def pressure(self, n, T): ...
     def pressure_slopes(self, n, T): ...
     def temperature(self, n, p): ...
@@ -53,18 +61,42 @@ class Closure(Protocol):
 
 
 class HardDisks:
-    """Thermodynamics and derivatives that follow from a closure's Z, k and q.
+    """Thermodynamics and derivatives that follow from a closure's factors.
 
     All arguments and results are scalars or arrays of one shape, in scaled units. Nothing is checked:
     outside 0 < n < 1, T > 0 the results have no meaning.
     """
 
-    compressibility: Callable
-    compressibility_slope: Callable
-    conductivity_coefficient: Callable
-    conductivity_coefficient_slope: Callable
-    cooling_coefficient: Callable
-    cooling_coefficient_slope: Callable
+    pressure_factor: Callable
+    pressure_factor_slope: Callable
+    conductivity_factor: Callable
+    conductivity_factor_slope: Callable
+    cooling_factor: Callable
+    cooling_factor_slope: Callable
+
+    def compressibility(self, n):
+        """Z = p/(n T)."""
+        return self.pressure_factor(n) / (1.0 - n)
+
+    def compressibility_slope(self, n):
+        """dZ/dn."""
+        return (self.pressure_factor_slope(n) + self.pressure_factor(n) / (1.0 - n)) / (1.0 - n)
+
+    def conductivity_coefficient(self, n):
+        """k = kappa/T^(1/2)."""
+        return self.conductivity_factor(n) / (1.0 - n)
+
+    def conductivity_coefficient_slope(self, n):
+        """dk/dn."""
+        return (self.conductivity_factor_slope(n) + self.conductivity_factor(n) / (1.0 - n)) / (1.0 - n)
+
+    def cooling_coefficient(self, n):
+        """q = I/T^(3/2)."""
+        return self.cooling_factor(n) / (1.0 - n)
+
+    def cooling_coefficient_slope(self, n):
+        """dq/dn."""
+        return (self.cooling_factor_slope(n) + self.cooling_factor(n) / (1.0 - n)) / (1.0 - n)
 
     def pressure(self, n, T):
         """p(n, T), Eq. (state)."""

@@ -29,13 +29,13 @@ class Grossman(GrossmanConstants, HardDisks):
 
     __slots__ = ()
 
-    def compressibility(self, n):
-        """Z = p/(n T) = (1+n)/(1-n), Eq. (state)."""
-        return (1.0 + n) / (1.0 - n)
+    def pressure_factor(self, n):
+        """(1-n) Z = 1+n, Eq. (state)."""
+        return 1.0 + n
 
-    def compressibility_slope(self, n):
-        """dZ/dn."""
-        return 2.0 / ((1.0 - n) * (1.0 - n))
+    def pressure_factor_slope(self, n):
+        """d/dn of (1-n) Z."""
+        return 1.0
 
     def adiabatic_exponent(self, n):
         """n c^2 / p = 2(1+2n)/(1-n^2): the general expression, simplified."""
@@ -57,22 +57,21 @@ class Grossman(GrossmanConstants, HardDisks):
         """d(mean free path)/dn."""
         return -LAMBDA * (1.0 - 2.0 * A * n + A * n * n) / (n * n * (1.0 - A * n) * (1.0 - A * n))
 
-    def conductivity_coefficient(self, n):
-        """k = kappa/T^(1/2) = K n (alpha lambda + 1)^2/lambda."""
-        path = self.mean_free_path(n)
-        return self.K * n * (self.alpha * path + 1.0) * (self.alpha * path + 1.0) / path
+    def conductivity_factor(self, n):
+        """(1-n) k, with k = K n (alpha lambda + 1)^2/lambda."""
+        reach = self.alpha * self.mean_free_path(n) + 1.0
+        return self.K / LAMBDA * n * n * (1.0 - A * n) * reach * reach
 
-    def conductivity_coefficient_slope(self, n):
-        """dk/dn."""
-        path = self.mean_free_path(n)
-        reach = self.alpha * path + 1.0
-        return self.K * reach / path * (reach + n * self.mean_free_path_slope(n) * (self.alpha - 1.0 / path))
+    def conductivity_factor_slope(self, n):
+        """d/dn of (1-n) k."""
+        reach = self.alpha * self.mean_free_path(n) + 1.0
+        stretch = 2.0 * self.alpha * n * (1.0 - A * n) * self.mean_free_path_slope(n)
+        return self.K / LAMBDA * n * reach * ((2.0 - 3.0 * A * n) * reach + stretch)
 
-    def cooling_coefficient(self, n):
-        """q = I/T^(3/2) = K (3L/32) n/lambda."""
-        return self.K * self.L * 0.09375 * n / self.mean_free_path(n)
+    def cooling_factor(self, n):
+        """(1-n) q, with q = K (3L/32) n/lambda."""
+        return self.K * self.L * 0.09375 / LAMBDA * n * n * (1.0 - A * n)
 
-    def cooling_coefficient_slope(self, n):
-        """dq/dn."""
-        path = self.mean_free_path(n)
-        return self.K * self.L * 0.09375 / path * (1.0 - n * self.mean_free_path_slope(n) / path)
+    def cooling_factor_slope(self, n):
+        """d/dn of (1-n) q."""
+        return self.K * self.L * 0.09375 / LAMBDA * n * (2.0 - 3.0 * A * n)
