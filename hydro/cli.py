@@ -53,10 +53,11 @@ def run(words: list[str]) -> int:
 
     from hydro.kinds import KINDS
 
+    kind = KINDS[deck.kind]
     folder.check(options.overwrite)
-    summary = KINDS[deck.kind].solve(deck, folder, options.quiet)
+    summary = kind.solve(deck, folder, options.quiet)
     if not options.quiet:
-        print(closing_lines(summary, folder.path))
+        print("\n".join([*kind.closing(summary), f"results in {folder.path}"]))
     return 0
 
 
@@ -97,19 +98,3 @@ def _parser(description: str, epilog: str | None) -> argparse.ArgumentParser:
     parser.add_argument("deck", type=Path, metavar="DECK.toml", help="problem deck")
     parser.add_argument("overrides", nargs="*", metavar="section.key=value", help="keys to override in the deck")
     return parser
-
-
-def closing_lines(summary: dict, folder: Path) -> str:
-    """What a person wants to know at the end of a run."""
-    ledger = summary["energy_ledger"]
-    rows = [
-        f"t={row['time']:<8g} wall max {row['wall_max']:.4f}  min {row['wall_min']:.4f}  "
-        f"gas {row['gas_density']:.5f}  Mach {row['max_mach']:.1e}"
-        for row in summary["snapshots"]
-    ]
-    end = (
-        f"{summary['steps']} steps ({summary['rejected_steps']} rejected) in {summary['wall_seconds']:.1f} s; "
-        f"mass drift {summary['mass_drift']:.1e}, energy residual {ledger['residual']:.1e}\n"
-        f"results in {folder}"
-    )
-    return "\n".join([*rows, end])

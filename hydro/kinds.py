@@ -15,7 +15,8 @@ class Kind(NamedTuple):
 
     solve: Callable[..., dict[str, Any]]  # (deck, folder, quiet) -> summary
     describe: Callable[..., list[str]]  # (deck) -> lines of scales and warnings
+    closing: Callable[[dict[str, Any]], list[str]]  # (summary) -> what a person wants to know at the end
 
 
 KINDS: Registry[Kind] = Registry("kind")
-KINDS.add("evolution", Kind(evolution.solve, report))
+KINDS.add("evolution", Kind(evolution.solve, report, evolution.closing))

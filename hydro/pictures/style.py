@@ -19,6 +19,7 @@ matplotlib.rcParams.update(
         "ytick.direction": "in",
         "legend.frameon": False,
         "savefig.dpi": 160,
+        "pdf.fonttype": 42,
     }
 )
 
@@ -27,3 +28,9 @@ def save(figure: Figure, path: Path) -> None:
     """Write `figure` to `path`, whole or not at all; the suffix picks the format."""
     with replacing(path) as temporary:
         figure.savefig(temporary, bbox_inches="tight")
+
+
+def publish(figure: Figure, path: Path) -> None:
+    """Write `figure` as `path`.png and, for print, as `path`.pdf; `path` has no suffix."""
+    for suffix in (".png", ".pdf"):
+        save(figure, path.with_name(path.name + suffix))

@@ -60,6 +60,21 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
         return keeper.finish(run, compile_seconds, completed=True)
 
 
+def closing(summary: dict[str, Any]) -> list[str]:
+    """The snapshots, and how the run went."""
+    ledger = summary["energy_ledger"]
+    rows = [
+        f"t={row['time']:<8g} wall max {row['wall_max']:.4f}  min {row['wall_min']:.4f}  "
+        f"gas {row['gas_density']:.5f}  Mach {row['max_mach']:.1e}"
+        for row in summary["snapshots"]
+    ]
+    return [
+        *rows,
+        f"{summary['steps']} steps ({summary['rejected_steps']} rejected) in {summary['wall_seconds']:.1f} s; "
+        f"mass drift {summary['mass_drift']:.1e}, energy residual {ledger['residual']:.1e}",
+    ]
+
+
 def refuse_own_checkpoint(deck: EvolutionDeck, folder: RunFolder) -> None:
     """DeckError if the run would replace the checkpoint that it starts from."""
     initial = deck.initial

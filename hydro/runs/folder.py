@@ -52,7 +52,7 @@ class RunFolder:
     def _clear(self) -> None:
         """Remove what an earlier run left, and nothing else."""
         made = [self.path / name for name in OWN_FILES]
-        made += [*self.checkpoints.glob("*.h5"), *self.pictures.glob("*.png")]
+        made += [*self.checkpoints.glob("*.h5"), *self.pictures.glob("*.png"), *self.pictures.glob("*.pdf")]
         for path in made:
             path.unlink(missing_ok=True)
 

@@ -1,0 +1,1 @@
+"""Steady states and their stability: extended and localized, marginal curves, branches."""
