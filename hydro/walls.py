@@ -63,6 +63,21 @@ class VibratingWall(NamedTuple):
         conducted_slope = conductance + 0.5 * (k_T + k_n * n_slope) * (wall - T) / half_width
         return gas.K * self.W * n_wall * root - conductance * (wall - T), given_slope - conducted_slope
 
+    def face_slopes(self, gas, n, T, half_width, wall):
+        """(d flux/dn, d flux/dT) of the last cell, for the wall temperature that `face` found there."""
+        p, (p_n, p_T) = gas.pressure(n, T), gas.pressure_slopes(n, T)
+        conducted_n, conducted_T, conducted_wall = conducted_slopes(gas, n, T, half_width, wall)
+        given_p, given_wall = self._given_slopes(gas, p, wall)
+        wall_n = (conducted_n - given_p * p_n) / (given_wall - conducted_wall)
+        wall_T = (conducted_T - given_p * p_T) / (given_wall - conducted_wall)
+        return given_p * p_n + given_wall * wall_n, given_p * p_T + given_wall * wall_T
+
+    def _given_slopes(self, gas, p, wall):
+        """Slopes of the heat K W n T^(1/2) in the pressure and in the wall temperature."""
+        n_p, n_T = density_slopes(gas, gas.density(p, wall), wall)
+        root = np.sqrt(wall)
+        return gas.K * self.W * n_p * root, gas.K * self.W * (n_T * root + 0.5 * gas.density(p, wall) / root)
+
 
 @compiled_methods
 class ThermalWall(NamedTuple):
@@ -75,6 +90,31 @@ class ThermalWall(NamedTuple):
         n_wall = gas.density(gas.pressure(n, T), self.temperature)
         conductivity = 0.5 * (gas.conductivity(n, T) + gas.conductivity(n_wall, self.temperature))
         return conductivity * (self.temperature - T) / half_width, self.temperature
+
+    def face_slopes(self, gas, n, T, half_width, wall):
+        """(d flux/dn, d flux/dT) of the last cell."""
+        conducted_n, conducted_T, _ = conducted_slopes(gas, n, T, half_width, wall)
+        return conducted_n, conducted_T
+
+
+def conducted_slopes(gas, n, T, half_width, wall):
+    """Slopes, in n and T of the last cell and in the wall temperature, of the heat conducted from the wall."""
+    p_n, p_T = gas.pressure_slopes(n, T)
+    k_n, k_T = gas.conductivity_slopes(n, T)
+    n_wall = gas.density(gas.pressure(n, T), wall)
+    n_wall_p, n_wall_T = density_slopes(gas, n_wall, wall)
+    wall_k_n, wall_k_T = gas.conductivity_slopes(n_wall, wall)
+    conductance = 0.5 * (gas.conductivity(n, T) + gas.conductivity(n_wall, wall)) / half_width
+    lever = 0.5 * (wall - T) / half_width
+    in_n = lever * (k_n + wall_k_n * n_wall_p * p_n)
+    in_T = lever * (k_T + wall_k_n * n_wall_p * p_T) - conductance
+    return in_n, in_T, lever * (wall_k_T + wall_k_n * n_wall_T) + conductance
+
+
+def density_slopes(gas, n, T):
+    """(dn/dp at fixed T, dn/dT at fixed p)."""
+    p_n, p_T = gas.pressure_slopes(n, T)
+    return 1.0 / p_n, -p_T / p_n
 
 
 WALLS.add("vibrating", VibratingWall)

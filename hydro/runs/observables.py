@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydro.dynamics.heat import wall_faces
+from hydro.dynamics.heat import wall_heat
 from hydro.mesh import Mesh
 from hydro.state import State
 
@@ -69,6 +69,6 @@ def gas_density(state: State, wall) -> float:
     mesh, density = state.mesh, state.density[-1]
     if mesh.periodic[0] or state.gas.K == 0.0:
         return float(density @ mesh.dy) / mesh.aspect_ratio
-    temperature = wall_faces(state.gas, wall, density, state.temperature[-1], 0.5 * mesh.dx[-1])
+    _, temperature = wall_heat(state.gas, wall, density, state.temperature[-1], 0.5 * mesh.dx[-1])
     face = state.gas.density(state.pressure[-1], temperature)
     return float(face @ mesh.dy) / mesh.aspect_ratio
