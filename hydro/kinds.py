@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from hydro.registry import Registry
-from hydro.runs import evolution
+from hydro.runs import branch, evolution, steady
 from hydro.scales import report
 
 
@@ -20,3 +20,5 @@ class Kind(NamedTuple):
 
 KINDS: Registry[Kind] = Registry("kind")
 KINDS.add("evolution", Kind(evolution.solve, report, evolution.closing))
+KINDS.add("steady", Kind(steady.solve, steady.describe, steady.closing))
+KINDS.add("branch", Kind(branch.solve, branch.describe, branch.closing))

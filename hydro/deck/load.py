@@ -28,6 +28,7 @@ PHRASES = {
     "finite_number": "must be finite",
     "float_type": "must be a number",
     "int_type": "must be a whole number",
+    "bool_type": "must be true or false",
     "string_type": "must be text",
     "string_unicode": "must be valid text",
     "tuple_type": "must be a list",
@@ -95,6 +96,8 @@ def _lines(table: Mapping[str, Any], name: str = "") -> Iterator[str]:
 def _toml(value: object) -> str:
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, tuple):
         return f"[{', '.join(map(_toml, value))}]"
     return repr(value)

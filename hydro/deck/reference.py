@@ -21,7 +21,7 @@ Numbers are scaled: length `L_x`, density `n_c`, temperature `T_*`, hence veloci
 pressure `n_c T_*`."""
 
 HEADER = "| key | type | default | allowed | meaning |\n|---|---|---|---|---|"
-WORDS = {float: "number", int: "whole number", str: "text"}
+WORDS = {float: "number", int: "whole number", str: "text", bool: "true or false"}
 BOUNDS = ((Gt, "gt", "> {}"), (Ge, "ge", ">= {}"), (Lt, "lt", "< {}"), (Le, "le", "<= {}"))
 
 
@@ -105,6 +105,8 @@ def _default(model: type[Section], key: str) -> str:
         return f'`kind = "{getattr(field.default, "kind", "")}"`'
     if field.default in (None, ""):
         return "none"
+    if isinstance(field.default, bool):
+        return f"`{str(field.default).lower()}`"
     return f"`{list(field.default) if isinstance(field.default, tuple) else field.default!r}`".replace("'", '"')
 
 

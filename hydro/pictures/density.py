@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydro.mesh import Mesh
-from hydro.pictures.style import save
+from hydro.pictures.style import publish, save
 
 PANELS_IN_ROW = 4
 SLENDER = 6.0  # aspect ratios beyond this, or its inverse, are not drawn to scale
@@ -21,17 +21,17 @@ HEIGHT = 3.4  # of a panel whose box is taller than wide, in inches
 
 
 class Map(NamedTuple):
-    """What a panel shows: the density (nx, ny) on its mesh, the time, and the extremes along the wall x = 0."""
+    """What a panel shows: the density (nx, ny) on its mesh, a title, and the extremes along the wall x = 0."""
 
     density: np.ndarray
     mesh: Mesh
-    time: float
+    title: str
     wall_max: float
     wall_min: float
 
 
 def density_panels(path: Path, maps: Sequence[Map]) -> None:
-    """Draw `maps` side by side into one picture at `path`."""
+    """Draw `maps` side by side into one picture at `path`; without a suffix, as PNG and PDF."""
     ratio = drawn_ratio(maps[0].mesh)
     columns = min(len(maps), PANELS_IN_ROW)
     rows = math.ceil(len(maps) / columns)
@@ -44,7 +44,7 @@ def density_panels(path: Path, maps: Sequence[Map]) -> None:
             axis.set_ylabel("$y/L_x$")
     for unused in axes[len(maps) :]:
         unused.remove()
-    save(figure, path)
+    (save if path.suffix else publish)(figure, path)
 
 
 def drawn_ratio(mesh: Mesh) -> float:
@@ -57,7 +57,8 @@ def draw(axis: Axes, panel: Map, label: str = "") -> None:
     mesh = panel.mesh
     shades = axis.pcolormesh(mesh.x_faces, mesh.y_faces, panel.density.T, cmap="gray_r", vmin=0.0, rasterized=True)
     axis.set_aspect(drawn_ratio(mesh) / mesh.aspect_ratio)
-    axis.set_title(f"{label}$t={panel.time:g}$", fontsize=10)
+    axis.set_xticks([0.0, 0.5, 1.0])
+    axis.set_title(label + panel.title, fontsize=10)
     axis.set_xlabel(f"$x/L_x$\n$n(0,y)$: {panel.wall_min:.3g} to {panel.wall_max:.3g}")
     scale = axis.figure.colorbar(shades, ax=axis, fraction=0.08, pad=0.03, shrink=0.9)
     scale.set_label("$n/n_c$")

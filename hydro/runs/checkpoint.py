@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import hydro
 from hydro.errors import CheckpointError
 from hydro.mesh import Mesh
 from hydro.runs.files import replacing
+from hydro.state import State
 
 FORMAT = "hydro checkpoint"
 VERSION = 1
@@ -43,6 +45,11 @@ class Checkpoint:
     ledger: dict[str, tuple[float, float]]
     memory: dict[str, np.ndarray]
     deck: str
+
+    @classmethod
+    def of(cls, state: State, deck: str) -> Checkpoint:
+        """A state that no run has led to, to start from."""
+        return cls(state.mesh, state.conserved, state.time, 0, 0, math.inf, {}, {}, deck)
 
 
 def write_checkpoint(path: Path, saved: Checkpoint) -> None:

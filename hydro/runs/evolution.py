@@ -181,7 +181,7 @@ class Keeper:
         from hydro.pictures.density import Map, density_panels
 
         maps = [
-            Map(state.density, state.mesh, state.time, row["wall_max"], row["wall_min"])
+            Map(state.density, state.mesh, f"$t={state.time:g}$", row["wall_max"], row["wall_min"])
             for state, row in zip(states, snapshots, strict=True)
         ]
         density_panels(self.folder.pictures / f"{name}.png", maps)

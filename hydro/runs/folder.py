@@ -10,14 +10,14 @@ from typing import Any
 from hydro.errors import DeckError
 from hydro.runs.files import write_text
 
-OWN_FILES = ("deck.toml", "summary.json", "history.csv")
+OWN_FILES = ("deck.toml", "summary.json", "history.csv", "points.csv")
 OWN_FOLDERS = ("checkpoints", "pictures")
 
 
 class RunFolder:
     """Paths in a run's folder.
 
-    deck.toml (resolved), summary.json, history.csv, checkpoints/, pictures/.
+    deck.toml (resolved), summary.json, history.csv (of an evolution), points.csv (of a branch), checkpoints/, pictures/.
     """
 
     def __init__(self, path: Path):
@@ -25,6 +25,7 @@ class RunFolder:
         self.deck = path / "deck.toml"
         self.summary = path / "summary.json"
         self.history = path / "history.csv"
+        self.points = path / "points.csv"
         self.checkpoints = path / "checkpoints"
         self.pictures = path / "pictures"
 

@@ -87,8 +87,8 @@ def relax(balance: Balance, start: np.ndarray) -> np.ndarray:
     """Follow the gas from `start` to where it settles, by pseudo-transient continuation.
 
     Cells that are heated more than cooled expand, the others contract, at a pressure that keeps the mass: implicit
-    steps of growing length (Kelley and Keyes, SIAM J. Numer. Anal. 35, 508, 1998). The path has no meaning; steady states of
-    this motion are those of the gas. `start` must hold the right mass.
+    steps of growing length (Kelley and Keyes, SIAM J. Numer. Anal. 35, 508, 1998). The path has no meaning; steady
+    states of this motion are those of the gas. `start` must hold the right mass.
     """
     u, dt = start, FIRST_TIME_STEP
     for _ in range(RELAXATIONS):

@@ -63,7 +63,7 @@ def wave_sector(mesh, cells: int, aspect_ratio: float, wave: int) -> Sector:
     """
     width = aspect_ratio / cells
     rate = (2.0 / width * np.sin(0.5 * np.pi * wave / cells)) ** 2
-    return Sector(f"{wave} half-waves", rate * mesh.areas)
+    return Sector(f"{wave} half-wave{'' if wave == 1 else 's'}", rate * mesh.areas)
 
 
 @dataclass(frozen=True, eq=False)

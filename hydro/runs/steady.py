@@ -1,0 +1,132 @@
+"""`kind = "steady"`: a steady state, its growth rates, and checkpoints to start an evolution from."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from hydro.deck import SteadyDeck, dumps
+from hydro.runs.checkpoint import Checkpoint, write_checkpoint
+from hydro.runs.folder import RunFolder
+from hydro.runs.observables import snapshot
+from hydro.setup import gas_of, mesh_of, wall_of
+from hydro.state import State
+from hydro.steady.growth import Growth, growth_of, growth_rate, with_mode
+from hydro.steady.localized import SteadyState, localized_state
+
+
+def solve(deck: SteadyDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
+    """Solve for the deck's state and write its folder; returns the summary.
+
+    Nothing in the folder is touched before the state is there. RunFailed if it is not found.
+    """
+    wall = wall_of(deck)
+    compile_seconds = warm_up(deck, wall)
+    started = time.perf_counter()
+    steady = localized_state(gas_of(deck), wall, mesh_of(deck), deck.gas.f, deck.steady.wave, deck.steady.shifted)
+    solved = time.perf_counter()
+    growths = growth_of(steady, deck.gas.tau, deck.steady.modes)
+    analysed = time.perf_counter()
+    folder.prepare(dumps(deck))
+    keep(deck, folder, steady.state, growths)
+    summary = {
+        **summary_of(deck, steady, growths),
+        "wall_seconds": solved - started,
+        "stability_seconds": analysed - solved,
+        "compile_seconds": compile_seconds,
+    }
+    folder.write_summary(summary)
+    draw(deck, folder, steady, growths, summary)
+    return summary
+
+
+def warm_up(deck: SteadyDeck, wall: Any) -> float:
+    """Compile, or load, the kernels; returns the seconds that took."""
+    from hydro.dynamics.heat import wall_heat
+
+    started = time.perf_counter()
+    wall_heat(gas_of(deck), wall, np.full(1, deck.gas.f), np.ones(1), 0.5)
+    return time.perf_counter() - started
+
+
+def summary_of(deck: SteadyDeck, steady: SteadyState, growths: list[Growth]) -> dict[str, Any]:
+    """The state in numbers."""
+    state = steady.state
+    seen = snapshot(state, steady.balance.wall)
+    rate = growth_rate(growths)
+    return {
+        "kind": deck.kind,
+        "completed": True,
+        "cells": list(state.mesh.cells),
+        "area_fraction": deck.gas.f,
+        "aspect_ratio": deck.box.aspect_ratio,
+        "L": deck.gas.L,
+        "wall": deck.wall.kind,
+        "wave": steady.wave,
+        "wall_max": seen["wall_max"],
+        "wall_min": seen["wall_min"],
+        "gas_density": seen["gas_density"],
+        "pressure": seen["mean_pressure"],
+        "residual": steady.residual,
+        "newton_iterations": steady.iterations,
+        "stable": rate < 0.0,
+        "growth_rate": rate,
+        "sectors": [
+            {
+                "sector": growth.sector,
+                "growth_rates": [mode.growth_rate.real for mode in growth.modes],
+                "frequencies": [mode.growth_rate.imag for mode in growth.modes],
+            }
+            for growth in growths
+        ],
+    }
+
+
+def keep(deck: SteadyDeck, folder: RunFolder, state: State, growths: list[Growth]) -> None:
+    """Checkpoints of the state, and of the state plus the leading mode of each sector."""
+    text = dumps(deck)
+    write_checkpoint(folder.checkpoints / "steady.h5", Checkpoint.of(state, text))
+    for growth in growths:
+        if growth.modes:
+            perturbed = with_mode(state, growth.modes[0], deck.steady.mode_amplitude)
+            name = f"steady_plus_{growth.sector.replace(' ', '_')}.h5"
+            write_checkpoint(folder.checkpoints / name, Checkpoint.of(perturbed, text))
+
+
+def draw(
+    deck: SteadyDeck, folder: RunFolder, steady: SteadyState, growths: list[Growth], summary: dict[str, Any]
+) -> None:
+    """The density in the paper's layout, and the leading modes."""
+    from hydro.pictures.density import Map, density_panels  # matplotlib is slow to import
+    from hydro.pictures.modes import mode_panels
+
+    state = steady.state
+    title = rf"$f={deck.gas.f:g}$, $\Delta={deck.box.aspect_ratio:g}$"
+    shown = Map(state.density, state.mesh, title, summary["wall_max"], summary["wall_min"])
+    density_panels(folder.pictures / "density", [shown])
+    mode_panels(folder.pictures / "modes", state, [growth.modes[0] for growth in growths if growth.modes])
+
+
+def describe(deck: SteadyDeck) -> list[str]:
+    """Lines on what will be solved, for `check`."""
+    nx, ny = deck.mesh.cells
+    unknowns = nx * ny // max(deck.steady.wave, 1) if deck.steady.wave else nx
+    return [
+        f"a steady state with {deck.steady.wave} half-waves in y: {unknowns} unknown densities and the pressure",
+        f"growth rates per L_x/T_*^(1/2), for K = {deck.gas.K:g} and tau = {deck.gas.tau:g}",
+    ]
+
+
+def closing(summary: dict[str, Any]) -> list[str]:
+    """The state and its stability in words."""
+    lines = [
+        f"n on the wall x=0 from {summary['wall_min']:.5f} to {summary['wall_max']:.5f}, gas {summary['gas_density']:.5f}",
+        f"{summary['newton_iterations']} Newton iterations in {summary['wall_seconds']:.2f} s, "
+        f"residual {summary['residual']:.1e}; growth rates in {summary['stability_seconds']:.2f} s",
+    ]
+    for sector in summary["sectors"]:
+        rates = ", ".join(f"{rate:.4g}" for rate in sector["growth_rates"])
+        lines.append(f"growth rates, {sector['sector']}: {rates}")
+    return [*lines, "stable" if summary["stable"] else "unstable"]
