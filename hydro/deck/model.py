@@ -22,6 +22,7 @@ from hydro.registry import nearest
 CLOSURES = ("grossman",)
 INTEGRATORS = ("godunov",)
 PARAMETERS = ("f", "aspect_ratio", "L")
+SEARCHES = ("relaxation", "branch")
 LIMITERS = ("minmod", "van_leer", "mc")
 RIEMANN_SOLVERS = ("hllc", "hllc_lm")
 
@@ -501,6 +502,11 @@ class Steady(Section):
         default=False,
         description="whether the first cluster is half a wave away from y=0, not in that corner: "
         "for wave=2, one cluster in the middle instead of two in the corners",
+    )
+    search: Annotated[Text, Among(SEARCHES)] = Field(
+        default="relaxation",
+        description="how to find it: relaxation of a gas pushed to one side, which ends in a stable half-wave; "
+        "branch: the first state on the branch from the nearest bifurcation in f, unstable beyond a subcritical one",
     )
     modes: Annotated[int, Strict(), Field(ge=1, le=16)] = Field(
         default=3, description="number of leading eigenmodes to keep in each symmetry sector"

@@ -425,7 +425,7 @@ def correct_row(geometry, work, sums, density, energy, i, dt):
 
 @kernel
 def wall_heat(gas, wall, density, temperature, half_width):
-    """(heat flux, wall temperature) at the wall face, for last cells of the given density and temperature; all (ny,)."""
+    """(heat flux, temperature) of the wall face, for last cells of the given density and temperature; all (ny,)."""
     flux, faces = temperature.copy(), temperature.copy()
     for j in range(faces.size):
         flux[j], faces[j] = wall.face(gas, density[j], temperature[j], half_width, temperature[j])

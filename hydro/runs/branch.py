@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import islice, pairwise
 from typing import Any
 
@@ -71,8 +71,8 @@ class Survey:
         deck, branch = self.deck, self.deck.branch
         wall, mesh, gas = wall_of(deck), mesh_of(deck), gas_of(deck)
         fraction = deck.gas.f or math.nan
-        self.whole = Balance(gas, wall, mesh, fraction)
-        self.family = Family(Balance(gas, wall, unit_cell(mesh, branch.wave), fraction), branch.parameter)
+        self.whole = Balance.of(gas, wall, mesh, fraction)
+        self.family = Family(Balance.of(gas, wall, unit_cell(mesh, branch.wave), fraction), branch.parameter)
         self.extended = ExtendedBranch(self.family)
         self.per_box = branch.wave if branch.parameter == "aspect_ratio" else 1
         low, high = sorted((branch.start, branch.stop))
@@ -159,7 +159,7 @@ class Survey:
         cell = self.family.at(vector[-1]).mesh
         whole = PARAMETERS[self.deck.branch.parameter](self.whole, math.exp(vector[-1]) * self.per_box)
         unknowns = chain(vector[:-1], cell, whole.mesh, shifted=False)
-        return SteadyState(replace(whole), wave, unknowns, 0, 0.0)
+        return SteadyState(whole, wave, unknowns, 0, 0.0)
 
     def place(self, value: float) -> dict[str, Any]:
         """L, f and aspect ratio where the family's parameter has a value."""

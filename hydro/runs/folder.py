@@ -17,7 +17,7 @@ OWN_FOLDERS = ("checkpoints", "pictures")
 class RunFolder:
     """Paths in a run's folder.
 
-    deck.toml (resolved), summary.json, history.csv (of an evolution), points.csv (of a branch), checkpoints/, pictures/.
+    deck.toml (resolved), summary.json, checkpoints/, pictures/; history.csv of an evolution, points.csv of a branch.
     """
 
     def __init__(self, path: Path):

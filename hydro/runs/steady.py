@@ -13,8 +13,9 @@ from hydro.runs.folder import RunFolder
 from hydro.runs.observables import snapshot
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.state import State
+from hydro.steady import continuation  # noqa: F401  registers a search
 from hydro.steady.growth import Growth, growth_of, growth_rate, with_mode
-from hydro.steady.localized import SteadyState, localized_state
+from hydro.steady.localized import SteadyState, steady_state
 
 
 def solve(deck: SteadyDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
@@ -25,7 +26,9 @@ def solve(deck: SteadyDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
     wall = wall_of(deck)
     compile_seconds = warm_up(deck, wall)
     started = time.perf_counter()
-    steady = localized_state(gas_of(deck), wall, mesh_of(deck), deck.gas.f, deck.steady.wave, deck.steady.shifted)
+    steady = steady_state(
+        gas_of(deck), wall, mesh_of(deck), deck.gas.f, deck.steady.wave, deck.steady.shifted, deck.steady.search
+    )
     solved = time.perf_counter()
     growths = growth_of(steady, deck.gas.tau, deck.steady.modes)
     analysed = time.perf_counter()
@@ -122,7 +125,8 @@ def describe(deck: SteadyDeck) -> list[str]:
 def closing(summary: dict[str, Any]) -> list[str]:
     """The state and its stability in words."""
     lines = [
-        f"n on the wall x=0 from {summary['wall_min']:.5f} to {summary['wall_max']:.5f}, gas {summary['gas_density']:.5f}",
+        f"n on the wall x=0 from {summary['wall_min']:.5f} to {summary['wall_max']:.5f}, "
+        f"in the gas at x=1 {summary['gas_density']:.5f}",
         f"{summary['newton_iterations']} Newton iterations in {summary['wall_seconds']:.2f} s, "
         f"residual {summary['residual']:.1e}; growth rates in {summary['stability_seconds']:.2f} s",
     ]

@@ -10,7 +10,7 @@ Fluxes, cooling and the law of the wall are those of the evolution code, so that
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -63,17 +63,22 @@ class Balance:
 
     gas: Closure
     wall: Any
-    mesh: Mesh
+    faces: Faces
     area_fraction: float
-    faces: Faces = field(repr=False, default=None)  # type: ignore[assignment]
 
-    def __post_init__(self):
-        if self.faces is None:
-            object.__setattr__(self, "faces", Faces(self.mesh))
+    @classmethod
+    def of(cls, gas: Closure, wall: Any, mesh: Mesh, area_fraction: float) -> Balance:
+        """The problem on a mesh."""
+        return cls(gas, wall, Faces(mesh), area_fraction)
 
-    def with_area_fraction(self, area_fraction: float) -> Balance:
-        """The same problem with another mass."""
-        return replace(self, area_fraction=area_fraction)
+    def on(self, mesh: Mesh) -> Balance:
+        """The same problem on another mesh."""
+        return replace(self, faces=Faces(mesh))
+
+    @property
+    def mesh(self) -> Mesh:
+        """Where the cells are."""
+        return self.faces.mesh
 
     @cached_property
     def areas(self) -> np.ndarray:

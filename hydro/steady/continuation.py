@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -23,8 +24,8 @@ from hydro.mesh import Mesh
 from hydro.registry import Registry
 from hydro.steady.balance import Balance, Local
 from hydro.steady.linear import Bordered, Singular
-from hydro.steady.localized import extended_state, unit_cell
-from hydro.steady.newton import NotConverged, line_search, norm, solve
+from hydro.steady.localized import SEARCHES, extended_solution, ladder, refined, unit_cell
+from hydro.steady.newton import NotConverged, Solution, line_search, norm, solve
 
 PARAMETER_WEIGHT = 10.0  # of a change of log(parameter) against one of log(1/n - 1)
 DIFFERENCE = 1e-5  # of log(parameter), for derivatives in it
@@ -36,6 +37,10 @@ SHORTEST = 1e-3  # step, as a share of the longest
 FIRST = 0.25  # step off the extended state, likewise
 RETURNED = 1e-3  # amplitude below which a branch is back at the extended state
 PACKED = 1e-9  # 1-n below which the cells cannot tell densities apart
+
+SEARCH_CELLS = 64  # along a side, at most, of the mesh on which a state is looked for on a branch
+SEARCH_STEP = 0.2
+REACH, SAMPLES = 1.5, 17  # factor to both sides of f within which bifurcations are looked for, and states tried
 
 PARAMETERS: Registry[Callable[[Balance, float], Balance]] = Registry("parameter")
 
@@ -56,7 +61,7 @@ def with_loss(balance: Balance, value: float) -> Balance:
 def with_aspect_ratio(balance: Balance, value: float) -> Balance:
     """The problem in a box of another width; `value` is the aspect ratio of the balance's own mesh."""
     mesh = balance.mesh
-    return replace(balance, mesh=Mesh(mesh.x_faces, mesh.y_faces * (value / mesh.aspect_ratio)), faces=None)
+    return balance.on(Mesh(mesh.x_faces, mesh.y_faces * (value / mesh.aspect_ratio)))
 
 
 class Family:
@@ -171,7 +176,7 @@ class ExtendedBranch:
     def __init__(self, family: Family):
         self.family = family
         cell = family.base.mesh
-        self.stripe = replace(family.base, mesh=unit_cell(cell, 0), faces=None)
+        self.stripe = family.base.on(unit_cell(cell, 0))
         self._cells = cell.cells[1]
         self._last: np.ndarray | None = None
 
@@ -186,7 +191,7 @@ class ExtendedBranch:
             with contextlib.suppress(NotConverged):
                 self._last = solve(balance, self._last).unknowns
                 return self._last
-        self._last = extended_state(balance).unknowns
+        self._last = extended_solution(balance).unknowns
         return self._last
 
     def vector(self, value: float) -> np.ndarray:
@@ -280,3 +285,22 @@ def fold_between(family: Family, before: Point, after: Point) -> Point | None:
         else:
             after = middle
     return middle
+
+
+@SEARCHES.register("branch")
+def first_on_branch(balance: Balance) -> Solution:
+    """The first state on the branch from the nearest bifurcation in f: beyond a subcritical one, an unstable state."""
+    meshes = ladder(balance.mesh)
+    while len(meshes) > 1 and max(meshes[1].cells) <= SEARCH_CELLS:
+        meshes = meshes[1:]
+    family = Family(balance.on(meshes[0]), "f")
+    wanted = balance.area_fraction
+    values = np.geomspace(wanted / REACH, min(wanted * REACH, 0.5 * (1.0 + wanted)), SAMPLES)
+    starts = ExtendedBranch(family).bifurcations(values)
+    for start in sorted(starts, key=lambda found: abs(math.log(found.value / wanted))):
+        limits = (values[0], wanted) if start.value < wanted else (wanted, values[-1])
+        last = deque(follow(family, start, limits, SEARCH_STEP), maxlen=1).pop()
+        if math.isclose(last.value, wanted, rel_tol=1e-12):
+            return refined(balance, meshes, solve(family.at(last.vector[-1]), last.vector[:-1]))
+    tried = ", ".join(f"{start.value:.5g}" for start in starts) or "none"
+    raise RunFailed(f"no branch comes to f = {wanted:g}; bifurcations of the extended state nearby: {tried}")

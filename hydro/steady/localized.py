@@ -6,7 +6,8 @@ corner, and its mirror images in turn. So one half-wave is solved for and repeat
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -17,6 +18,7 @@ from scipy.special import expit
 from hydro.errors import RunFailed
 from hydro.gas import Closure
 from hydro.mesh import Mesh
+from hydro.registry import Registry
 from hydro.state import State
 from hydro.steady.balance import Balance
 from hydro.steady.newton import NotConverged, Solution, relax, solve
@@ -25,6 +27,8 @@ COARSEST = 16  # cells along a side on which a state is looked for; finer meshes
 SEARCHED = 3  # meshes on which it is looked for: near a fold it may not exist on the coarsest
 PUSHES = (1.5, 0.5)  # of log(1/n - 1) toward one side, at the start
 UNIFORM = 1e-4  # variation of log(1/n - 1) along the wall x = 0 below which a state counts as uniform in y
+
+SEARCHES: Registry[Callable[[Balance], Solution]] = Registry("search")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,22 +52,31 @@ class SteadyState:
         return self.wave % 2 == 0
 
 
-def extended_state(balance: Balance) -> Solution:
+def extended_solution(balance: Balance) -> Solution:
     """The state uniform in y, on a mesh with one cell in y; from a stripe of gas that relaxes."""
     start = balance.unknowns(log_void_of(balance.area_fraction), guessed_pressure(balance))
     return solve(balance, relax(balance, start))
 
 
-def localized_state(gas: Closure, wall: Any, mesh: Mesh, area_fraction: float, wave: int, shifted: bool = False):
+def steady_state(
+    gas: Closure,
+    wall: Any,
+    mesh: Mesh,
+    area_fraction: float,
+    wave: int,
+    shifted: bool = False,
+    search: str = "relaxation",
+) -> SteadyState:
     """The steady state with `wave` half-waves in y.
 
     wave = 0 is the extended state. The first cluster is in the corner y = 0, or, `shifted`, half a wave from it. The
-    cells in y must be a multiple of `wave`. RunFailed if the search ends in the extended state, or nowhere.
+    cells in y must be a multiple of `wave`. search: a name in SEARCHES, for the case that there are several states.
+    RunFailed if the search ends in the extended state, or nowhere.
     """
     cell = unit_cell(mesh, wave)
-    balance = Balance(gas, wall, cell, area_fraction)
-    found = extended_state(balance) if wave == 0 else half_wave(balance)
-    whole = Balance(gas, wall, mesh, area_fraction)
+    balance = Balance.of(gas, wall, cell, area_fraction)
+    found = SEARCHES[search](balance) if wave else extended_solution(balance)
+    whole = Balance.of(gas, wall, mesh, area_fraction)
     unknowns = chain(found.unknowns, cell, mesh, shifted)
     return SteadyState(whole, wave, unknowns, found.iterations, found.residual)
 
@@ -83,12 +96,13 @@ def chain(unknowns: np.ndarray, cell: Mesh, mesh: Mesh, shifted: bool) -> np.nda
     return np.append(np.concatenate([links[k % 2] for k in range(count)], axis=1), unknowns[-1])
 
 
-def half_wave(balance: Balance) -> Solution:
-    """A state with a cluster in the corner y = 0, looked for on coarse meshes and refined."""
+@SEARCHES.register("relaxation")
+def relaxed(balance: Balance) -> Solution:
+    """The state that a gas pushed to y = 0 settles in, looked for on coarse meshes and refined."""
     meshes = ladder(balance.mesh)
     tried = []
     for level, mesh in enumerate(meshes[:SEARCHED]):
-        coarse = replace(balance, mesh=mesh, faces=None)
+        coarse = balance.on(mesh)
         for push in PUSHES:
             words = f"on {mesh.cells[0]} x {mesh.cells[1]} cells, from the extended state pushed by {push:g}: "
             try:
@@ -104,7 +118,7 @@ def half_wave(balance: Balance) -> Solution:
 def refined(balance: Balance, meshes: list[Mesh], found: Solution) -> Solution:
     """The state carried from mesh to mesh."""
     for before, after in pairwise(meshes):
-        finer = balance if after is balance.mesh else replace(balance, mesh=after, faces=None)
+        finer = balance if after is balance.mesh else balance.on(after)
         step = solve(finer, interpolated(found.unknowns, before, after))
         found = Solution(step.unknowns, found.iterations + step.iterations, step.residual)
     return found
@@ -138,8 +152,8 @@ def interpolated(unknowns: np.ndarray, before: Mesh, after: Mesh) -> np.ndarray:
 def pushed(balance: Balance, push: float) -> np.ndarray:
     """The extended state with gas pushed to y = 0: w less push cos(pi y/aspect_ratio), and a constant for the mass."""
     mesh = balance.mesh
-    stripe = replace(balance, mesh=unit_cell(mesh, 0), faces=None)
-    extended = extended_state(stripe).unknowns
+    stripe = balance.on(unit_cell(mesh, 0))
+    extended = extended_solution(stripe).unknowns
     w = extended[:-1, None] - push * np.cos(np.pi * mesh.y / mesh.aspect_ratio)
 
     def excess(lift: float) -> float:

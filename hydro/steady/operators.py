@@ -20,6 +20,7 @@ class Faces:
     """
 
     def __init__(self, mesh: Mesh):
+        self.mesh = mesh
         nx, ny = mesh.cells
         cell = np.arange(nx * ny).reshape(nx, ny)
         lower = np.concatenate([cell[:-1].ravel(), cell[:, :-1].ravel()])

@@ -9,7 +9,8 @@ potential, n v = -grad psi. That leaves three equations,
     dpsi/dt  = p' - psi/tau,
 
 without shear modes by construction. They are discretized on the finite volumes of the heat operator. An eigenvalue
-zero stays: a little more mass everywhere leads to the neighbouring steady state; its mode is known by its mass.
+zero belongs to the neighbouring steady state of a little more mass; perturbations without net mass, an invariant space,
+leave it out.
 """
 
 from __future__ import annotations
@@ -28,7 +29,6 @@ from hydro.steady.linear import factorized
 from hydro.steady.operators import Faces, diagonal
 
 NEAREST = 6  # eigenvalues looked at, around the shift
-MASSIVE = 1e-6  # share of net mass in |n'| by which the zero mode is known
 SHEAR = 1e-6  # relative distance from -1/tau by which the constant potential, which is no motion, is known
 
 
@@ -164,16 +164,21 @@ class Linearization:
     def leading(self, shift: complex | None = None, count: int = NEAREST) -> list[Mode]:
         """The modes nearest to the shift, those of largest growth rate first."""
         shift = self.default_shift if shift is None else shift
-        size = 3 * self.n.size
-        kind = complex if isinstance(shift, complex) else float
-        solve = LinearOperator((size, size), matvec=self.resolvent(shift), dtype=kind)
-        start = np.random.default_rng(1).standard_normal(size).astype(kind)
-        values, vectors = eigs(
-            sparse.csr_array((size, size), dtype=kind), k=min(count, size - 2), sigma=shift, OPinv=solve, v0=start
-        )
+        size, kind = 3 * self.n.size, complex if isinstance(shift, complex) else float
+        solve = self.resolvent(shift)
+        operator = LinearOperator((size, size), matvec=lambda y: self.without_mass(solve(y)), dtype=kind)
+        start = self.without_mass(np.random.default_rng(1).standard_normal(size).astype(kind))
+        zeros = sparse.csr_array((size, size), dtype=kind)  # for its shape only
+        values, vectors = eigs(zeros, k=min(count, size - 2), sigma=shift, OPinv=operator, v0=start)
         modes = [self._mode(value, vector) for value, vector in zip(values, vectors.T, strict=True)]
-        motions = [mode for mode in modes if self._is_motion(mode)]
-        return sorted(motions, key=lambda mode: -mode.growth_rate.real)
+        return sorted(filter(self._is_motion, modes), key=lambda mode: -mode.growth_rate.real)
+
+    def without_mass(self, y: np.ndarray) -> np.ndarray:
+        """(n', e', psi) with the mean of n' taken out; as it is where mass may cross the mirror."""
+        if self.sector.leak.any():
+            return y
+        n, rest = np.split(y, [self.n.size])
+        return np.concatenate([n - self.areas @ n / self.areas.sum(), rest])
 
     @property
     def default_shift(self) -> float:
@@ -192,12 +197,8 @@ class Linearization:
         return Mode(complex(value), self.sector.name, *fields)
 
     def _is_motion(self, mode: Mode) -> bool:
-        """Whether it is neither more mass everywhere nor a constant potential."""
-        n = mode.density.ravel()
-        constant = abs(mode.growth_rate + self.friction) < SHEAR * self.friction
-        conserved = not self.sector.leak.any()
-        massive = abs(self.areas @ n) > MASSIVE * (self.areas @ np.abs(n))
-        return not (constant or (conserved and massive))
+        """Whether it is more than a constant potential, which moves nothing."""
+        return abs(mode.growth_rate + self.friction) > SHEAR * self.friction
 
 
 def interleaved(matrix: sparse.csc_array) -> sparse.csc_array:
