@@ -124,7 +124,9 @@ def main(folder: Path) -> None:
     for label in LIMITS:
         print("\n".join(identification(label)), flush=True)
     print("\n## The states, mesh by mesh\n\nGrowth rates for K = 2e-3, tau = 200, W = 114.\n")
-    print("| point | f | cells | largest n(0,y) | smallest | gas n at x=1 | growth rate |\n|---|---|---|---|---|---|---|")
+    print(
+        "| point | f | cells | largest n(0,y) | smallest | gas n at x=1 | growth rate |\n|---|---|---|---|---|---|---|"
+    )
     maps = []
     for label, value in values.items():
         found = states(label, value)

@@ -25,7 +25,7 @@ def bifurcation_diagram(path: Path, summary: dict[str, Any]) -> None:
     parameter = summary["parameter"]
     figure = Figure(figsize=(6.0, 6.6), layout="constrained")
     densities, rates = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    branches = [list(rows) for _, rows in groupby(summary["points"], key=lambda row: row["branch"])]
+    branches = branches_of(summary)
     for rows in branches:
         draw_densities(densities, rows, parameter)
     mark(densities, summary, parameter)
@@ -35,6 +35,11 @@ def bifurcation_diagram(path: Path, summary: dict[str, Any]) -> None:
     rates.set_xlabel(LABELS[parameter])
     densities.legend(handles=list(legend()), fontsize=8, loc="best")
     publish(figure, path)
+
+
+def branches_of(summary: dict[str, Any]) -> list[list[Row]]:
+    """The points of every branch, in order."""
+    return [list(rows) for _, rows in groupby(summary["points"], key=lambda row: row["branch"])]
 
 
 def draw_densities(axis: Axes, rows: Sequence[Row], parameter: str) -> None:
@@ -56,11 +61,26 @@ def stretches(rows: Sequence[Row]) -> Iterator[tuple[bool, list[Row]]]:
 
 
 def mark(axis: Axes, summary: dict[str, Any], parameter: str) -> None:
-    """Folds as circles; bifurcations as short ticks on the axis."""
+    """Folds as circles, bifurcations as squares, with thin lines from there to the first, or last, of the branch."""
     for fold in summary["folds"]:
         axis.plot(fold[parameter], fold["wall_max"], "o", color="black", mfc="white", ms=5, zorder=3)
     for start in summary["bifurcations"]:
-        axis.axvline(start[parameter], color="tab:blue", lw=0.6, ls=":")
+        axis.plot(start[parameter], start["wall_max"], "s", color="tab:blue", mfc="white", ms=5, zorder=3)
+        for row in ends_at(start, summary, parameter):
+            for column, colour in EXTREMES:
+                ends = [start[parameter], row[parameter]], [start["wall_max"], row[column]]
+                axis.plot(*ends, "-" if row["stable"] else "--", color=colour, lw=1.2, zorder=2)
+
+
+def ends_at(start: Row, summary: dict[str, Any], parameter: str) -> list[Row]:
+    """The end of the bifurcation's branch that is nearer to it."""
+    rows = [row for row in summary["points"] if row["branch"] == start["branch"]]
+    ends = [rows[0], rows[-1]] if rows else []
+
+    def distance(row: Row) -> float:
+        return abs(row[parameter] / start[parameter] - 1.0) + abs(row["wall_max"] / start["wall_max"] - 1.0)
+
+    return sorted(ends, key=distance)[:1]
 
 
 def draw_rates(axis: Axes, branches: Sequence[Sequence[Row]], parameter: str) -> None:
@@ -83,3 +103,4 @@ def legend() -> Iterator[Line2D]:
     yield Line2D([], [], color="tab:blue", label="extended state")
     yield Line2D([], [], color="black", ls="--", label="unstable")
     yield Line2D([], [], color="black", marker="o", mfc="white", ls="", ms=5, label="fold")
+    yield Line2D([], [], color="tab:blue", marker="s", mfc="white", ls="", ms=5, label="bifurcation")

@@ -32,12 +32,13 @@ class Map(NamedTuple):
 
 def density_panels(path: Path, maps: Sequence[Map]) -> None:
     """Draw `maps` side by side into one picture at `path`; without a suffix, as PNG and PDF."""
-    ratio = drawn_ratio(maps[0].mesh)
+    ratios = [drawn_ratio(panel.mesh) for panel in maps]
     columns = min(len(maps), PANELS_IN_ROW)
     rows = math.ceil(len(maps) / columns)
-    height = HEIGHT * min(1.0, max(ratio, 0.4))
-    figure = Figure(figsize=(columns * (height / ratio + 1.0), rows * (height + 0.75)), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    height = HEIGHT * min(1.0, max(*ratios, 0.4))
+    widths = [height / ratio + 1.0 for ratio in ratios[:columns]]
+    figure = Figure(figsize=(sum(widths), rows * (height + 0.75)), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, width_ratios=widths).ravel()
     for number, (letter, axis, panel) in enumerate(zip(ascii_lowercase, axes, maps, strict=False)):
         draw(axis, panel, f"({letter})  " if len(maps) > 1 else "")
         if number % columns == 0:

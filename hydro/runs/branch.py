@@ -13,12 +13,13 @@ from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
+from scipy.special import expit
 
 from hydro.deck import BranchDeck, dumps
 from hydro.errors import HydroError, RunFailed
 from hydro.runs.checkpoint import Checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
-from hydro.runs.observables import snapshot
+from hydro.runs.observables import snapshot, wall_profile
 from hydro.runs.trackers import StopOnSignal, Tally
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.steady.balance import Balance
@@ -93,7 +94,7 @@ class Survey:
     def follow(self, start: Bifurcation, stop: StopOnSignal) -> None:
         """One branch: its points, folds, and where it ends."""
         name = f"branch {len(self.bifurcations) + 1}"
-        self.bifurcations.append(self.place(start.value) | {"branch": name, "direction": "unknown"})
+        self.bifurcations.append(self.bifurcation(start, name))
         first, before = len(self.points), None
         points = follow(self.family, start, self.limits, self.deck.branch.step)
         for point in islice(points, self.deck.branch.points):
@@ -101,8 +102,7 @@ class Survey:
                 self.folds.append(self.record(fold.vector, name) | {"branch": name})
             row = self.record(point.vector, name)
             if before is None:
-                own = row["growth_rates"][self.own_sector]
-                self.bifurcations[-1]["direction"] = "supercritical" if own < 0.0 else "subcritical"
+                self.bifurcations[-1]["direction"] = self.direction(row)
             before = point
             stop.check(f"at {self.where(point.value)}")
         self.secondary += secondary_bifurcations(self.points[first:], self.deck.branch.parameter, self.own_sector)
@@ -116,8 +116,17 @@ class Survey:
             return
         span = last.value * np.array([1.0 - 0.05, 1.0 + 0.05])
         for found in self.extended.bifurcations(np.clip(span, *self.limits)):
-            direction = "supercritical" if self.points[-1]["growth_rates"][self.own_sector] < 0.0 else "subcritical"
-            self.bifurcations.append(self.place(found.value) | {"branch": name, "direction": direction})
+            self.bifurcations.append(self.bifurcation(found, name) | {"direction": self.direction(self.points[-1])})
+
+    def bifurcation(self, found: Bifurcation, branch: str) -> dict[str, Any]:
+        """The entry of a bifurcation whose first state is not known yet."""
+        mesh = self.family.base.mesh
+        on_wall = wall_profile(expit(-found.vector[:-2]).reshape(mesh.cells), mesh)
+        return self.place(found.value) | {"branch": branch, "direction": "unknown", "wall_max": float(on_wall[0])}
+
+    def direction(self, row: dict[str, Any]) -> str:
+        """The kind of bifurcation, from a state next to it: stable states leave a supercritical one."""
+        return "supercritical" if row["growth_rates"][self.own_sector] < 0.0 else "subcritical"
 
     def known(self, start: Bifurcation) -> bool:
         """Whether a branch has already been followed from, or to, this bifurcation."""

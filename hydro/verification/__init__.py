@@ -5,6 +5,7 @@
     waves               smooth flow, flow at low Mach number, contacts that are carried along
     heat                cooling, conduction, friction, the driving wall
     manufactured        all terms together
+    steady              localized states, growth rates, branches
     conservation        mass, energy, symmetries, rest
 
 `python -m hydro verify [--full]` prints the book; its exit code is 5 if a claim fails.
@@ -17,6 +18,7 @@ from hydro.verification import (  # noqa: F401, I001  imported in the order of t
     heat,
     manufactured,
     conservation,
+    steady,
 )
 from hydro.verification.claims import MEASUREMENTS, Claim, Findings, Measurement, Table, topics
 
