@@ -121,6 +121,13 @@ class Balance:
         turnover = self.areas @ here.cooling / self.areas.size
         return np.append(np.full(here.n.size, turnover), self.area_fraction * self.mesh.aspect_ratio)
 
+    def round_off(self, u: np.ndarray) -> np.ndarray:
+        """What residuals cannot fall below: the temperature is known to the last digit of 1-n; (cells + 1,)."""
+        here = Local.of(self.gas, u[:-1])
+        last_digit = 4.0 * np.finfo(float).eps
+        fluxes = self.faces.absolute(here.kappa, last_digit * here.T / (1.0 - here.n))
+        return np.append(fluxes + last_digit * self.areas * here.cooling, last_digit * self.areas @ here.n)
+
     def state(self, u: np.ndarray) -> State:
         """The steady state as a state of the evolution code, at rest."""
         n, p = expit(-u[:-1]).reshape(self.mesh.cells), np.exp(u[-1])

@@ -38,6 +38,7 @@ FIRST = 0.25  # step off the extended state, likewise
 RETURNED = 1e-3  # amplitude below which a branch is back at the extended state
 PACKED = 1e-9  # 1-n below which the cells cannot tell densities apart
 
+FOLD_ITERATIONS = 4
 SEARCH_CELLS = 64  # along a side, at most, of the mesh on which a state is looked for on a branch
 SEARCH_STEP = 0.2
 REACH, SAMPLES = 1.5, 17  # factor to both sides of f within which bifurcations are looked for, and states tried
@@ -122,7 +123,7 @@ class Family:
         for iteration in range(1, ITERATIONS + 1):
             try:
                 step = self.bordered(vector, row).solve(-residual)
-            except (Singular, np.linalg.LinAlgError):
+            except Singular:
                 break
             share = line_search(lambda at: norm(whole(at), scale), vector, step, norm(residual, scale))
             if not np.isfinite(step).all() or share < 0.1:
@@ -275,16 +276,24 @@ def fold_between(family: Family, before: Point, after: Point) -> Point | None:
     """The fold between two neighbouring points, where the parameter turns back; None if there is none."""
     if before.tangent[-1] * after.tangent[-1] >= 0.0:
         return None
-    for _ in range(3):
-        gap = family.length(after.vector - before.vector)
+    for _ in range(FOLD_ITERATIONS):
         share = before.tangent[-1] / (before.tangent[-1] - after.tangent[-1])
-        vector, _ = family.corrected(before.vector + share * gap * before.tangent, before.tangent)
-        middle = Point(vector, family.tangent(vector, before.tangent))
+        direction = after.vector - before.vector
+        vector, _ = family.corrected(between(family, before, after, share), direction / family.length(direction))
+        middle = Point(vector, family.tangent(vector, direction / family.length(direction)))
         if middle.tangent[-1] * before.tangent[-1] > 0.0:
             before = middle
         else:
             after = middle
     return middle
+
+
+def between(family: Family, before: Point, after: Point, share: float) -> np.ndarray:
+    """The cubic through two points along their tangents, at a share of the way."""
+    gap = family.length(after.vector - before.vector)
+    rest = 1.0 - share
+    ends = rest**2 * (1.0 + 2.0 * share) * before.vector + share**2 * (1.0 + 2.0 * rest) * after.vector
+    return ends + gap * share * rest * (rest * before.tangent - share * after.tangent)
 
 
 @SEARCHES.register("branch")

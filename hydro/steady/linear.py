@@ -46,8 +46,14 @@ class Bordered:
         inner, border = np.split(vector, [self.matrix.shape[0]])
         return np.concatenate([self.matrix @ inner + self.columns @ border, self.rows @ inner + self.corner @ border])
 
+    def _border(self, right: np.ndarray) -> np.ndarray:
+        try:
+            return np.linalg.solve(self._schur, right)
+        except np.linalg.LinAlgError as error:
+            raise Singular(str(error)) from None
+
     def _eliminated(self, right: np.ndarray) -> np.ndarray:
         inner, border = np.split(right, [self.matrix.shape[0]])
         start = self._factors.solve(inner)
-        end = np.linalg.solve(self._schur, border - self.rows @ start)
+        end = self._border(border - self.rows @ start)
         return np.concatenate([start - self._through @ end, end])

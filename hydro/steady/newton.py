@@ -13,7 +13,9 @@ from hydro.steady.linear import Bordered, Singular
 from hydro.steady.operators import diagonal
 
 ITERATIONS = 40
+LOWEST = -30.0  # of log(1/n - 1): closer to close packing n is a number too coarse to work with
 CLOSE = 1e-8  # a step of w and log p after which the error is round-off
+STALLED = 100.0  # round-offs that a residual may be left with when no step makes it smaller
 LONGEST_STEP = 2.0  # of w or log p in one iteration
 SHORTEST_SHARE = 1e-3  # of a step, before the line search gives up
 DESCENT = 0.1
@@ -40,6 +42,7 @@ class NotConverged(RunFailed):
 
 def solve(balance: Balance, start: np.ndarray) -> Solution:
     """The steady state near `start`; NotConverged where there seems to be none."""
+    refuse_packed(balance, start)
     u, scale = start, balance.scale(start)
     residual = balance.residual(u)
     for iteration in range(1, ITERATIONS + 1):
@@ -49,15 +52,18 @@ def solve(balance: Balance, start: np.ndarray) -> Solution:
             break
         size = float(np.max(np.abs(step)))
         share = line_search(lambda v: norm(balance.residual(v), scale), u, step, norm(residual, scale))
-        if not np.isfinite(size) or share < SHORTEST_SHARE:
+        if not np.isfinite(size):
             break
         u = u + share * step
         residual = balance.residual(u)
-        if size < CLOSE:
+        digits = float(np.max(np.abs(residual) / balance.round_off(u)))
+        if size < CLOSE or digits < 1.0 or (share < 1.0 and digits < STALLED):
             return Solution(u, iteration, float(np.max(np.abs(residual / balance.scale(u)))))
+        if share < SHORTEST_SHARE:
+            break
     raise NotConverged(
-        f"no steady state found from here: after {iteration} Newton iterations on {balance.mesh.cells} cells the "
-        f"residual is {np.max(np.abs(residual / scale)):.2g} of the mean cooling"
+        f"no steady state found from here: after {iteration} Newton iterations on {balance.mesh.cells[0]} x "
+        f"{balance.mesh.cells[1]} cells the residual is {np.max(np.abs(residual / scale)):.2g} of the mean cooling"
     )
 
 
@@ -83,6 +89,18 @@ def line_search(merit: Callable[[np.ndarray], float], u: np.ndarray, step: np.nd
     return share
 
 
+def refuse_packed(balance: Balance, u: np.ndarray) -> None:
+    """NotConverged where 1-n falls below what the cells can tell apart."""
+    lowest = int(np.argmin(u[:-1]))
+    if u[lowest] < LOWEST:
+        i, j = np.unravel_index(lowest, balance.mesh.cells)
+        raise NotConverged(
+            f"no steady state found on {balance.mesh.cells[0]} x {balance.mesh.cells[1]} cells: 1-n falls below "
+            f"{np.exp(LOWEST):.0e} at x = {balance.mesh.x[i]:.3g}, y = {balance.mesh.y[j]:.3g}; "
+            "smaller f or L avoid that"
+        )
+
+
 def relax(balance: Balance, start: np.ndarray) -> np.ndarray:
     """Follow the gas from `start` to where it settles, by pseudo-transient continuation.
 
@@ -92,6 +110,7 @@ def relax(balance: Balance, start: np.ndarray) -> np.ndarray:
     """
     u, dt = start, FIRST_TIME_STEP
     for _ in range(RELAXATIONS):
+        refuse_packed(balance, u)
         matrix, in_log_p, mass = balance.slopes(u)
         capacity = balance.scale(u)[0] / balance.areas.mean() * (-mass) / balance.area_fraction
         inertia = diagonal(capacity / dt)

@@ -38,6 +38,10 @@ class Faces:
         """Integral over each cell of div(coefficient grad field); all (cells,)."""
         return self._divergence @ (self.weight * (self.mean @ coefficient) * (self.difference @ field))
 
+    def absolute(self, coefficient: np.ndarray, field: np.ndarray) -> np.ndarray:
+        """As `diffused`, with every difference and sum taken without regard to sign: a bound of its errors."""
+        return abs(self._divergence) @ (self.weight * (self.mean @ coefficient) * (abs(self.difference) @ field))
+
     def diffusion(self, coefficient: np.ndarray) -> sparse.csr_array:
         """The matrix of `diffused` for a fixed coefficient, (cells, cells)."""
         return self._divergence @ scaled(self.weight * (self.mean @ coefficient), self.difference)

@@ -10,7 +10,7 @@ potential, n v = -grad psi. That leaves three equations,
 
 without shear modes by construction. They are discretized on the finite volumes of the heat operator. An eigenvalue
 zero belongs to the neighbouring steady state of a little more mass; perturbations without net mass, an invariant space,
-leave it out.
+leave it out. So is a constant potential, which moves nothing (and decays like exp(-t/tau)).
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ from hydro.steady.linear import factorized
 from hydro.steady.operators import Faces, diagonal
 
 NEAREST = 6  # eigenvalues looked at, around the shift
-SHEAR = 1e-6  # relative distance from -1/tau by which the constant potential, which is no motion, is known
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,19 +165,20 @@ class Linearization:
         shift = self.default_shift if shift is None else shift
         size, kind = 3 * self.n.size, complex if isinstance(shift, complex) else float
         solve = self.resolvent(shift)
-        operator = LinearOperator((size, size), matvec=lambda y: self.without_mass(solve(y)), dtype=kind)
-        start = self.without_mass(np.random.default_rng(1).standard_normal(size).astype(kind))
+        operator = LinearOperator((size, size), matvec=lambda y: self.relevant(solve(y)), dtype=kind)
+        start = self.relevant(np.random.default_rng(1).standard_normal(size).astype(kind))
         zeros = sparse.csr_array((size, size), dtype=kind)  # for its shape only
         values, vectors = eigs(zeros, k=min(count, size - 2), sigma=shift, OPinv=operator, v0=start)
         modes = [self._mode(value, vector) for value, vector in zip(values, vectors.T, strict=True)]
-        return sorted(filter(self._is_motion, modes), key=lambda mode: -mode.growth_rate.real)
+        return sorted(modes, key=lambda mode: -mode.growth_rate.real)
 
-    def without_mass(self, y: np.ndarray) -> np.ndarray:
-        """(n', e', psi) with the mean of n' taken out; as it is where mass may cross the mirror."""
+    def relevant(self, y: np.ndarray) -> np.ndarray:
+        """(n', e', psi) without the means of n' and psi; as it is where mass may cross the mirror."""
         if self.sector.leak.any():
             return y
-        n, rest = np.split(y, [self.n.size])
-        return np.concatenate([n - self.areas @ n / self.areas.sum(), rest])
+        share = self.areas / self.areas.sum()
+        n, e, psi = np.split(y, 3)
+        return np.concatenate([n - share @ n, e, psi - share @ psi])
 
     @property
     def default_shift(self) -> float:
@@ -195,10 +195,6 @@ class Linearization:
         if abs(value.imag) < 1e-12 * abs(value):
             fields = [field.real for field in fields]
         return Mode(complex(value), self.sector.name, *fields)
-
-    def _is_motion(self, mode: Mode) -> bool:
-        """Whether it is more than a constant potential, which moves nothing."""
-        return abs(mode.growth_rate + self.friction) > SHEAR * self.friction
 
 
 def interleaved(matrix: sparse.csc_array) -> sparse.csc_array:
