@@ -33,6 +33,17 @@ RUNS = {
     ),
 }  # fmt: skip
 
+HEAD = """# Branches of localized states
+
+Written by `python benchmarks/branches.py docs > docs/branches.md`: the deck `problems/branches.toml` (L = 5e4) and five
+variants of it. What it means is said in [steady.md](steady.md).
+
+![Bifurcation diagrams](branches.png)
+
+*Largest (black) and smallest (gray) density on the wall x = 0 of the localized states; blue: the extended state. Stable
+states solid, unstable ones dashed, to all perturbations that fit into the box.*
+"""
+
 
 def summary_of(overrides: tuple[str, ...], folder: Path) -> dict[str, Any]:
     """Run the deck."""
@@ -59,11 +70,12 @@ def main(folder: Path) -> None:
     """Print the table and draw the picture."""
     figure = Figure(figsize=(11.0, 6.6), layout="constrained")
     axes = figure.subplots(2, 3).ravel()
+    print(HEAD)
     print("| states | what | where | largest n(0,y) |\n|---|---|---|---|")
     with tempfile.TemporaryDirectory() as scratch:
         for number, (axis, (name, overrides)) in enumerate(zip(axes, RUNS.items(), strict=True)):
             summary = summary_of(overrides, Path(scratch) / str(number))
-            print("\n".join(rows_of(name, summary)), flush=True)
+            print("\n".join(rows_of(name.replace("$", "").replace("\\Delta", "Delta"), summary)), flush=True)
             for rows in branches_of(summary):
                 draw_densities(axis, rows, summary["parameter"])
             mark(axis, summary, summary["parameter"])

@@ -1,0 +1,323 @@
+"""Steady states, growth rates and branches: their parts, and their decks by the command line."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from conftest import summary_of
+
+from hydro.cli import main
+from hydro.errors import RunFailed
+from hydro.gas import Grossman
+from hydro.mesh import Mesh
+from hydro.runs.checkpoint import read_checkpoint
+from hydro.steady.balance import Balance
+from hydro.steady.continuation import ExtendedBranch, Family, between, follow
+from hydro.steady.growth import gradient, growth_of, with_mode
+from hydro.steady.linear import Bordered
+from hydro.steady.localized import chain, interpolated, ladder, steady_state, unit_cell
+from hydro.steady.operators import Faces
+from hydro.steady.spectrum import Linearization, even, odd, wave_sector
+from hydro.walls import ThermalWall, VibratingWall
+
+GAS = Grossman(L=5e4, K=2e-3)
+WALLS = pytest.mark.parametrize("wall", [VibratingWall(114.0), ThermalWall(1.3)], ids=["vibrating", "thermal"])
+
+STEADY = """
+kind = "steady"
+gas  = { L = 5e4, f = 0.0235 }
+box  = { aspect_ratio = 1.0 }
+mesh = { cells = [16, 16] }
+wall = { kind = "vibrating" }
+steady = { wave = 1 }
+"""
+BRANCH = """
+kind = "branch"
+gas  = { L = 5e4 }
+box  = { aspect_ratio = 1.0 }
+mesh = { cells = [16, 16] }
+branch = { parameter = "f", wave = 1, start = 0.0265, stop = 0.031, samples = 5 }
+"""
+
+
+@pytest.fixture
+def run_text(tmp_path, capsys):
+    """Runs a deck given as text: (folder, exit code, what went to stderr)."""
+
+    def run(text: str, *overrides: str, name: str = "run"):
+        deck = tmp_path / f"{name}.toml"
+        deck.write_text(text)
+        folder = tmp_path / name
+        code = main([str(deck), *overrides, "--output", str(folder), "--quiet"])
+        return folder, code, capsys.readouterr().err
+
+    return run
+
+
+@WALLS
+def test_slopes_of_the_balance(wall):
+    mesh = Mesh.rectangle((5, 4), 1.3, 2.0)
+    balance = Balance.of(GAS, wall, mesh, 0.05)
+    u = np.append(np.random.default_rng(0).uniform(-1.0, 3.0, 20), -3.0)
+    matrix, in_log_p, mass = balance.slopes(u)
+    by_difference = np.empty((21, 21))
+    for k, change in enumerate(1e-5 * np.eye(21)):
+        by_difference[:, k] = (balance.residual(u + change) - balance.residual(u - change)) / 2e-5
+    assert by_difference[:-1, :-1] == pytest.approx(matrix.toarray(), rel=1e-7, abs=1e-8)
+    assert by_difference[:-1, -1] == pytest.approx(in_log_p, rel=1e-7, abs=1e-8)
+    assert by_difference[-1, :-1] == pytest.approx(mass, rel=1e-7)
+
+
+@WALLS
+def test_slopes_of_the_linearized_heat(wall):
+    """Heating as a function of (n, T) of every cell: that of the balance, at any pressure, has the same slopes."""
+    mesh = Mesh.rectangle((4, 3), 1.0)
+    state = steady_state(GAS, wall, mesh, 0.05, 0).state
+    linear = Linearization(state, wall, 200.0, even(mesh))
+    w, p = np.log(1.0 / state.density - 1.0).ravel(), float(state.pressure.mean())
+    balance = Balance.of(GAS, wall, mesh, 0.05)
+    matrix, in_log_p, _ = balance.slopes(np.append(w, math.log(p)))
+    p_n, p_T = GAS.pressure_slopes(linear.n, linear.T)
+    n_w = -linear.n * (1.0 - linear.n)
+    at_pressure = linear.heat_T.toarray() @ np.diag(-p_n / p_T * n_w)  # w changes at fixed p
+    assert at_pressure / p**1.5 == pytest.approx(matrix.toarray(), rel=1e-8, abs=1e-9)
+    uniform = (linear.heat_p.toarray() + linear.heat_T.toarray() @ np.diag(linear.T / p)).sum(axis=1)  # p at fixed n
+    assert uniform / p**0.5 == pytest.approx(in_log_p, rel=1e-6, abs=1e-9)
+
+
+def test_bordered_systems_where_the_inner_matrix_is_nearly_singular():
+    from scipy import sparse
+
+    rng = np.random.default_rng(3)
+    inner = np.diag([2.0, 3.0, 1e-14]) + np.diag([0.5, 0.0], 1) + np.diag([0.5, 0.0], -1)
+    column, row = rng.normal(size=(3, 1)), rng.normal(size=(1, 3))
+    whole = np.block([[inner, column], [row, np.zeros((1, 1))]])
+    wanted = rng.normal(size=4)
+    solution = Bordered(sparse.csc_array(inner), column, row, np.zeros((1, 1))).solve(whole @ wanted)
+    assert solution == pytest.approx(wanted, rel=1e-9)
+
+
+def test_diffusion_is_second_order_and_conserves():
+    errors = []
+    for cells in (16, 32):
+        mesh = Mesh.rectangle((cells, cells), 1.0, 3.0)
+        x, y = mesh.x[:, None], mesh.y[None, :]
+        field = np.cos(np.pi * x) * np.cos(np.pi * y)
+        found = Faces(mesh).diffused(np.ones(cells**2), field.ravel()).reshape(mesh.cells)
+        assert abs(found.sum()) < 1e-12
+        errors.append(np.sqrt(np.mean((found / mesh.areas + 2.0 * np.pi**2 * field)[1:-1] ** 2)))
+    assert errors[0] / errors[1] > 3.0
+
+
+def test_a_wave_in_y_decays_as_on_the_whole_mesh():
+    """The leak of a wave sector is that of the cosine on the mesh with all its cells."""
+    mesh = Mesh.rectangle((6, 8), 1.7)
+    line = unit_cell(mesh, 0)
+    coefficient, profile = np.linspace(1.0, 2.0, 6), np.linspace(0.3, 1.0, 6) ** 2
+    wave = np.cos(np.pi * 3 * (np.arange(8) + 0.5) / 8)
+    full = Faces(mesh).diffused(np.repeat(coefficient, 8), np.outer(profile, wave).ravel()).reshape(6, 8)
+    reduced = Faces(line).diffused(coefficient, profile)
+    reduced = reduced - (wave_sector(line, 8, 1.7, 3).leak.ravel() * coefficient * profile)
+    assert full == pytest.approx(np.outer(reduced, wave) / 8.0, abs=1e-12)
+
+
+def test_chains_are_mirror_images():
+    mesh = Mesh.rectangle((3, 8), 2.0)
+    cell = unit_cell(mesh, 2)
+    w = np.arange(12.0).reshape(3, 4)
+    whole = chain(np.append(w, 7.0), cell, mesh, False)
+    assert whole[-1] == 7.0
+    assert np.array_equal(whole[:-1].reshape(3, 8), np.hstack([w, w[:, ::-1]]))
+    shifted = chain(np.append(w, 7.0), cell, mesh, True)[:-1].reshape(3, 8)
+    assert np.array_equal(shifted, np.hstack([w[:, ::-1], w]))
+
+
+@pytest.mark.parametrize("cells", [(64, 64), (50, 37), (16, 200), (8, 8)])
+def test_ladders_of_meshes_end_at_the_mesh(cells):
+    mesh = Mesh.rectangle(cells, 1.5, 2.0)
+    meshes = ladder(mesh)
+    assert meshes[-1] is mesh
+    assert all(rung.x_faces[-1] == pytest.approx(1.0) and rung.aspect_ratio == pytest.approx(1.5) for rung in meshes)
+    assert max(meshes[0].cells) < 32 or meshes[0] is mesh
+
+
+def test_interpolation_between_meshes_keeps_straight_lines():
+    coarse, fine = Mesh.rectangle((8, 8)), Mesh.rectangle((16, 12))
+    plane = (coarse.x[:, None] + 2.0 * coarse.y[None, :]).ravel()
+    found = interpolated(np.append(plane, 3.0), coarse, fine)[:-1].reshape(16, 12)
+    assert found[1:-1, 1:-1] == pytest.approx((fine.x[:, None] + 2.0 * fine.y[None, :])[1:-1, 1:-1])
+
+
+def test_gradients_of_a_potential():
+    mesh = Mesh.rectangle((40, 30), 1.0, 2.0)
+    field = np.cos(np.pi * mesh.x)[:, None] * np.cos(2.0 * np.pi * mesh.y)[None, :]
+    in_x, in_y = gradient(field, mesh)
+    assert in_x == pytest.approx(-np.pi * np.outer(np.sin(np.pi * mesh.x), np.cos(2 * np.pi * mesh.y)), abs=0.03)
+    assert in_y == pytest.approx(-2 * np.pi * np.outer(np.cos(np.pi * mesh.x), np.sin(2 * np.pi * mesh.y)), abs=0.05)
+
+
+def test_the_two_halves_of_a_full_wave_have_the_modes_of_the_whole():
+    """The union of the symmetric and antisymmetric modes on half of the box is the spectrum of all of it."""
+    steady = steady_state(GAS, VibratingWall(114.0), Mesh.rectangle((16, 32), 2.0), 0.0235, 2)
+    halves = sorted(mode.growth_rate.real for growth in growth_of(steady, 200.0) for mode in growth.modes)[-3:]
+    whole = Linearization(steady.state, VibratingWall(114.0), 200.0, even(steady.balance.mesh)).leading()
+    assert halves[::-1] == pytest.approx([mode.growth_rate.real for mode in whole[:3]], rel=1e-6)
+
+
+def test_odd_perturbations_vanish_at_the_mirror():
+    steady = steady_state(GAS, VibratingWall(114.0), Mesh.rectangle((16, 32), 2.0), 0.0235, 2)
+    antisymmetric = growth_of(steady, 200.0)[1]
+    density = antisymmetric.modes[0].density
+    assert density == pytest.approx(-density[:, ::-1])
+    assert odd(steady.balance.mesh).leak[:, :-1].max() == 0.0
+    state = with_mode(steady.state, antisymmetric.modes[0], 1e-3)
+    assert np.max(np.abs(state.density / steady.state.density - 1.0)) == pytest.approx(1e-3)
+    assert state.mass == pytest.approx(steady.state.mass, rel=1e-12)
+
+
+def test_without_friction_a_constant_potential_is_no_mode():
+    state = steady_state(GAS, VibratingWall(114.0), Mesh.rectangle((16, 16)), 0.0235, 1).state
+    rates = [
+        mode.growth_rate.real
+        for mode in Linearization(state, VibratingWall(114.0), math.inf, even(state.mesh)).leading()
+    ]
+    assert max(rates) < -0.01
+
+
+def test_the_cubic_between_two_points_goes_through_them():
+    family = Family(Balance.of(GAS, VibratingWall(114.0), Mesh.rectangle((16, 16)), 0.0235), "f")
+    (start,) = ExtendedBranch(family).bifurcations(np.linspace(0.026, 0.031, 6))
+    points = list(zip(range(3), follow(family, start, (0.026, 0.031), 0.2), strict=False))
+    (_, before), (_, after) = points[1:]
+    assert between(family, before, after, 0.0) == pytest.approx(before.vector)
+    assert between(family, before, after, 1.0) == pytest.approx(after.vector)
+    middle, _ = family.corrected(between(family, before, after, 0.5), before.tangent)
+    assert np.max(np.abs(middle - between(family, before, after, 0.5))) < 0.02
+
+
+def test_a_state_that_is_not_there_is_a_failure_with_reasons():
+    with pytest.raises(RunFailed, match=r"no localized state found:\n  on 16 x 16 cells, .*: the extended state again"):
+        steady_state(GAS, VibratingWall(114.0), Mesh.rectangle((16, 16)), 0.01, 1)
+    with pytest.raises(RunFailed, match="1-n falls below 9e-14 at x ="):
+        steady_state(GAS, VibratingWall(114.0), Mesh.rectangle((16, 16)), 0.9, 0)
+    with pytest.raises(RunFailed, match=r"no branch comes to f = 0\.005; bifurcations .* nearby: none"):
+        steady_state(GAS, VibratingWall(114.0), Mesh.rectangle((16, 16)), 0.005, 1, search="branch")
+
+
+# Decks
+
+
+def test_a_steady_deck(run_text, tmp_path):
+    folder, code, _ = run_text(STEADY)
+    summary = summary_of(folder)
+    assert code == 0
+    assert summary["cells"] == [16, 16] and summary["wave"] == 1 and summary["stable"] is True
+    assert summary["growth_rate"] == pytest.approx(summary["sectors"][0]["growth_rates"][0])
+    assert {"area_fraction", "aspect_ratio", "L", "wall_max", "wall_min", "gas_density", "residual"} <= summary.keys()
+    assert {"newton_iterations", "wall_seconds"} <= summary.keys()
+    for picture in ("density.png", "density.pdf", "modes.png", "modes.pdf"):
+        assert (folder / "pictures" / picture).stat().st_size > 1000
+    saved = read_checkpoint(folder / "checkpoints" / "steady.h5")
+    assert saved.mesh.integral(saved.conserved[0]) == pytest.approx(0.0235, rel=1e-12)
+
+
+def test_an_evolution_starts_from_a_steady_state_and_stays(run_text, tmp_path):
+    folder, _, _ = run_text(STEADY)
+    path = folder / "checkpoints" / "steady.h5"
+    evolution = f"""
+kind = "evolution"
+gas = {{ L = 5e4, K = 2e-3, tau = 200.0 }}
+mesh = {{ cells = [16, 16] }}
+wall = {{ kind = "vibrating" }}
+initial = {{ kind = "checkpoint", path = "{path}" }}
+time = {{ end = 1.0 }}
+"""
+    after, code, _ = run_text(evolution, name="after")
+    assert code == 0
+    (last,) = after.glob("checkpoints/*.h5")
+    assert read_checkpoint(last).conserved[0] == pytest.approx(read_checkpoint(path).conserved[0], rel=1e-10)
+
+
+def test_clusters_in_the_middle(run_text):
+    corners, _, _ = run_text(STEADY, "steady.wave=2", "box.aspect_ratio=2.0", "mesh.cells=[16,32]")
+    middle, _, _ = run_text(
+        STEADY, "steady.wave=2", "box.aspect_ratio=2.0", "mesh.cells=[16,32]", "steady.shifted=true", name="middle"
+    )
+    first, second = (read_checkpoint(folder / "checkpoints" / "steady.h5").conserved[0] for folder in (corners, middle))
+    assert first[0].argmax() in (0, 31) and second[0].argmax() in (15, 16)
+    assert np.roll(first, 16, axis=1) == pytest.approx(second)
+    assert [sector["sector"] for sector in summary_of(middle)["sectors"]] == ["symmetric", "antisymmetric"]
+    assert not summary_of(corners)["stable"] and not summary_of(middle)["stable"]
+
+
+def test_the_extended_state_gives_way_to_a_half_wave(run_text):
+    folder, code, _ = run_text(STEADY, "steady.wave=0")
+    summary = summary_of(folder)
+    assert code == 0 and not summary["stable"]
+    rates = {sector["sector"]: sector["growth_rates"][0] for sector in summary["sectors"]}
+    assert rates["1 half-wave"] == summary["growth_rate"] > 0.0 > rates["0 half-waves"]
+    assert summary["wall_max"] == pytest.approx(summary["wall_min"])
+
+
+def test_a_branch_deck(run_text):
+    folder, code, _ = run_text(BRANCH)
+    summary = summary_of(folder)
+    assert code == 0 and summary["completed"]
+    (fold,), (start,) = summary["folds"], summary["bifurcations"]
+    assert start["direction"] == "subcritical" and start["f"] < fold["f"] < 0.031
+    assert fold["growth_rate"] == pytest.approx(0.0, abs=1e-6)
+    assert summary["hysteresis"] == [{"branch": "branch 1", "from": start["f"], "to": fold["f"]}]
+    branch = [point for point in summary["points"] if point["branch"] != "extended"]
+    assert branch[0]["stable"] is False and branch[-1]["stable"] is True
+    assert branch[-1]["f"] == pytest.approx(0.0265, rel=1e-12)
+    rows = (folder / "points.csv").read_text().splitlines()
+    assert len(rows) == len(summary["points"]) + 1
+    assert all((folder / "checkpoints" / point["checkpoint"]).exists() for point in summary["points"])
+    assert (folder / "pictures" / "branches.pdf").stat().st_size > 1000
+
+
+def test_a_branch_that_ends_at_its_longest_keeps_its_points(run_text):
+    folder, code, _ = run_text(BRANCH, "branch.points=3")
+    summary = summary_of(folder)
+    assert code == 0
+    assert len([point for point in summary["points"] if point["branch"] != "extended"]) == 3
+
+
+def test_without_a_bifurcation_the_extended_states_are_kept(run_text):
+    folder, code, error = run_text(BRANCH, "branch.start=0.0305", "branch.stop=0.031")
+    assert code == 3
+    assert "no bifurcation: between f = 0.0305 and 0.031 a perturbation of 1 half-wave(s)" in error
+    assert "5 points are saved" in error
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["completed"] is False and len(summary["points"]) == 5
+
+
+@pytest.mark.parametrize(
+    ("text", "override", "complaint"),
+    [
+        (STEADY, "steady.wave=3", "steady.wave: 3 is not allowed; mesh.cells[1] = 16 must be a multiple of it"),
+        (STEADY, "wall.kind=elastic", "wall.kind: 'elastic' is not known; known: vibrating, thermal"),
+        (STEADY, "steady.shifted=1", "steady.shifted: 1 is not allowed; must be true or false"),
+        (STEADY, "steady.search=brunch", "did you mean 'branch'?"),
+        (STEADY, "wall.W=0", "wall.W: 0 is not allowed; must be greater than 0"),
+        (STEADY, "box.periodic=[\"y\"]", "box.periodic: unknown key; known: aspect_ratio"),
+        (BRANCH, "branch.parameter=L", "gas.f: required, since the branch is followed in L"),
+        (BRANCH, "branch.stop=0.0265", "branch.stop: 0.0265 is not allowed; must differ from branch.start"),
+        (BRANCH, "branch.stop=1.5", "branch.stop: 1.5 is not allowed; must be less than 1"),
+    ],
+)  # fmt: skip
+def test_bad_decks_are_refused(run_text, text, override, complaint):
+    folder, code, error = run_text(text, override)
+    assert code == 2 and complaint in error
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize("text", [STEADY, BRANCH])
+def test_check_describes(tmp_path, capsys, text):
+    deck = tmp_path / "deck.toml"
+    deck.write_text(text)
+    assert main(["check", str(deck)]) == 0
+    assert "growth rates per L_x/T_*^(1/2), for K = 0.002 and tau = 200" in capsys.readouterr().out
