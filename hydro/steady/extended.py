@@ -30,7 +30,7 @@ DENSE = -40.0  # below this w, 1-n cannot be told from 0 and the closure's funct
 RELAXED = 40.0  # e^-40 is lost in round-off: so far above w0, G has forgotten its start
 FIRST = 0.25  # extent of the first element in w; the others extend over 1
 STEPS = 60  # of any iteration
-CLOSED = 1e-11  # what the box's length and mass may be off by, relatively
+CLOSED = 1e-10  # what the box's length and mass may be off by, relatively
 
 
 @dataclass(frozen=True)
@@ -181,19 +181,19 @@ class Search:
     def root(self, guess: float | None) -> float:
         """w0. The mass falls as w0 rises: the densest place is x=0, so n(0) >= f bounds it from above."""
         high = math.log(1.0 / self.f - 1.0)
-        guess = min(high, high - 1.0 if guess is None else guess)
-        low, above, step = guess, guess, 1e-3 * max(1.0, abs(guess))
-        while self.excess(above) > 0.0 and above < high:
+        low = above = min(high, high - 1.0 if guess is None else guess)
+        step = 1e-3 * max(1.0, abs(low))
+        while self.excess(above) > 0.0:
+            if above == high:  # uniform but for round-off
+                return high
             low, above, step = above, min(high, above + step), 4.0 * step
-        while self.excess(low) <= 0.0:
+        while low == above or self.excess(low) <= 0.0:
             low, above, step = low - step, low, 4.0 * step
             if len(self.tried) > STEPS:
                 raise RunFailed(
                     f"no extended state for L^(1/2) = {self.length:g}, f = {self.f:g}: "
                     f"tried log(n_c/n - 1) at x=0 from {min(self.tried):.6g} to {max(self.tried):.6g}"
                 )
-        if low == above:
-            return high
         return brentq(self.excess, low, above, xtol=1e-15, rtol=4.0 * np.finfo(float).eps, maxiter=200)
 
     def excess(self, w0: float) -> float:
