@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from hydro.registry import Registry
 from hydro.runs import evolution
 from hydro.scales import report
+from hydro.steady import stability
 
 
 class Kind(NamedTuple):
@@ -20,3 +21,4 @@ class Kind(NamedTuple):
 
 KINDS: Registry[Kind] = Registry("kind")
 KINDS.add("evolution", Kind(evolution.solve, report, evolution.closing))
+KINDS.add("stability", Kind(stability.solve, stability.describe, stability.closing))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 
 import matplotlib
@@ -22,6 +23,8 @@ matplotlib.rcParams.update(
         "pdf.fonttype": 42,
     }
 )
+
+logging.getLogger("fontTools").setLevel(logging.ERROR)  # it talks about dates in fonts
 
 
 def save(figure: Figure, path: Path) -> None:

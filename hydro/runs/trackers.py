@@ -103,8 +103,33 @@ class StopOnSignal(Quiet):
         self._received = signal.Signals(number).name
 
     def look(self, run: Run) -> None:
+        self.check(f"at t = {run.state.time:.6g}")
+
+    def check(self, where: str) -> None:
+        """Raise Stopped if a signal has come; `where` says how far the work has got."""
         if self._received:
-            raise Stopped(f"stopped by {self._received} at t = {run.state.time:.6g}")
+            raise Stopped(f"stopped by {self._received} {where}")
+
+
+class Tally:
+    """A line every few seconds on work of unknown length."""
+
+    INTERVAL = 2.0  # seconds
+
+    def __init__(self, title: str, quiet: bool, stream: TextIO = sys.stderr):
+        self.title, self.quiet, self.stream = title, quiet, stream
+        self.count, self._started = 0, time.perf_counter()
+        self._due = self._started + self.INTERVAL
+
+    def add(self, where: str) -> None:
+        """One more is done."""
+        self.count += 1
+        now = time.perf_counter()
+        if self.quiet or now < self._due:
+            return
+        self._due = now + self.INTERVAL
+        rate = self.count / (now - self._started)
+        print(f"{self.title}: {self.count} points, {rate:.1f} a second, {where}", file=self.stream, flush=True)
 
 
 class ProgressBar(Quiet):

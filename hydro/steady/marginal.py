@@ -74,6 +74,12 @@ class Critical:
     aspect_ratio: float | None
     error: float | None
 
+    def times(self, m: int) -> Critical:
+        """Delta_m = m Delta_1 of this Delta_1."""
+        if self.aspect_ratio is None or self.error is None:
+            return self
+        return Critical(m * self.aspect_ratio, m * self.error)
+
 
 @dataclass(frozen=True)
 class Tongue:
@@ -90,12 +96,12 @@ def critical_aspect_ratio(state: ExtendedState, wall: str, wave: int = 1) -> Cri
 
     The error is estimated by all of it, extended state and eigenvalue, on elements of lower degree.
     """
-    fine = aspect_ratio_of(principal_mode(state, wall).eigenvalue, state.length, wave)
-    rough_state = extended_state(state.gas, state.f, COARSE, near=state)
-    rough = aspect_ratio_of(principal_mode(rough_state, wall).eigenvalue, state.length, wave)
+    fine = aspect_ratio_of(principal_mode(state, wall).eigenvalue, state.length)
     if fine is None:
         return Critical(None, None)
-    return Critical(fine, math.inf if rough is None else abs(fine - rough))
+    rough_state = extended_state(state.gas, state.f, COARSE, near=state)
+    rough = aspect_ratio_of(principal_mode(rough_state, wall).eigenvalue, state.length)
+    return Critical(fine, math.inf if rough is None else abs(fine - rough)).times(wave)
 
 
 def tongue(gas: Any, wall: str, scan: int = SCAN) -> Tongue:
@@ -183,9 +189,9 @@ def _peak(function: Callable[[float], float], low: float, high: float) -> tuple[
     return place, float(near(place))
 
 
-def aspect_ratio_of(eigenvalue: float, length: float, wave: int = 1) -> float | None:
-    """Delta_m = pi m/kappa; None when kappa^2 is not positive."""
-    return math.pi * wave / (math.sqrt(eigenvalue) * length) if eigenvalue > 0.0 else None
+def aspect_ratio_of(eigenvalue: float, length: float) -> float | None:
+    """Delta_1 = pi/kappa; None when kappa^2 is not positive."""
+    return math.pi / (math.sqrt(eigenvalue) * length) if eigenvalue > 0.0 else None
 
 
 def principal_mode(state: ExtendedState, wall: str) -> Mode:
