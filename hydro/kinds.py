@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from hydro.registry import Registry
 from hydro.runs import branch, evolution, steady
 from hydro.scales import report
+from hydro.steady import stability
 
 
 class Kind(NamedTuple):
@@ -22,3 +23,4 @@ KINDS: Registry[Kind] = Registry("kind")
 KINDS.add("evolution", Kind(evolution.solve, report, evolution.closing))
 KINDS.add("steady", Kind(steady.solve, steady.describe, steady.closing))
 KINDS.add("branch", Kind(branch.solve, branch.describe, branch.closing))
+KINDS.add("stability", Kind(stability.solve, stability.describe, stability.closing))

@@ -145,7 +145,7 @@ def test_missing_section(section):
 
 
 def test_missing_kind():
-    assert complaints(text="")["kind"].problem == "required; known: evolution"
+    assert complaints(text="")["kind"].problem == f"required; known: {', '.join(KINDS)}"
 
 
 def test_all_complaints_at_once_with_values():

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import json
 import tempfile
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import PROBLEMS
+from conftest import PROBLEMS, summary_of
 
 from hydro.cli import main
 from hydro.runs.checkpoint import read_checkpoint
@@ -21,13 +22,19 @@ SMALL = {
     "sod": ("mesh.cells=[100,4]",),
     "cooling": ("mesh.cells=[8,8]",),
     "noise": ("mesh.cells=[16,32]", "time.end=5.0", "output.times=[5.0]"),
+    "fig1": ("stability.L=[1e3, 1e6]", "stability.f.count=5"),
+    "fig2": ("stability.f.count=4",),
+    "fig3a": ("mesh.cells=[16,16]",),
+    "fig3b": ("mesh.cells=[16,32]",),
+    "fig3c": ("mesh.cells=[32,32]",),
+    "fig3d": ("mesh.cells=[32,64]",),
+    "branches": ("mesh.cells=[16,16]", "branch.samples=9", "branch.step=0.5"),
 }
 NORMS = Path(__file__).with_name("norms.json")
 
 
-def norms(name: str, folder: Path) -> dict[str, float]:
-    """Norms of the last state of a deck, run at small size."""
-    assert main([str(PROBLEMS / f"{name}.toml"), *SMALL[name], "--output", str(folder), "--quiet"]) == 0
+def evolution_norms(folder: Path) -> dict[str, float]:
+    """Norms of the last state."""
     saved = read_checkpoint(sorted(folder.glob("checkpoints/*.h5"))[-1])
     density, energy = saved.conserved[0], saved.conserved[3]
     return {
@@ -37,6 +44,44 @@ def norms(name: str, folder: Path) -> dict[str, float]:
         "energy_l1": saved.mesh.integral(energy),
         "energy_max": float(energy.max()),
     }
+
+
+def stability_norms(folder: Path) -> dict[str, float]:
+    """Critical aspect ratios and tongues, added up."""
+    summary = summary_of(folder)
+    ratios = [row["aspect_ratio"] for row in summary["rows"] if row["aspect_ratio"] is not None]
+    tongues = summary["tongues"]
+    ends = {key: sum(tongue[key] for tongue in tongues) for key in ("f1", "f2", "f_min", "aspect_ratio_min")}
+    return {"rows": len(summary["rows"]), "critical": len(ratios), "aspect_ratios": sum(ratios), **ends}
+
+
+def steady_norms(folder: Path) -> dict[str, float]:
+    """The wall densities and growth rates."""
+    summary = summary_of(folder)
+    return {key: summary[key] for key in ("wall_max", "wall_min", "gas_density", "pressure", "growth_rate")}
+
+
+def branch_norms(folder: Path) -> dict[str, float]:
+    """Bifurcations and folds."""
+    summary = summary_of(folder)
+    places = {f"bifurcation {number}": entry["f"] for number, entry in enumerate(summary["bifurcations"])}
+    folds = {f"fold {number}": entry["f"] for number, entry in enumerate(summary["folds"])}
+    return {**places, **folds, "stable": sum(point["stable"] for point in summary["points"])}
+
+
+NORMS_OF = {
+    "evolution": evolution_norms,
+    "stability": stability_norms,
+    "steady": steady_norms,
+    "branch": branch_norms,
+}
+
+
+def norms(name: str, folder: Path) -> dict[str, float]:
+    """Norms of what a deck gives, run at small size."""
+    deck = PROBLEMS / f"{name}.toml"
+    assert main([str(deck), *SMALL[name], "--output", str(folder), "--quiet"]) == 0
+    return NORMS_OF[tomllib.loads(deck.read_text(encoding="utf-8"))["kind"]](folder)
 
 
 def test_every_deck_has_a_small_size():

@@ -31,6 +31,7 @@ from hydro.runs.observables import gas_density, wall_extremes
 from hydro.runs.trackers import AtTimes
 from hydro.scales import largest_step
 from hydro.state import State
+from hydro.steady.marginal import WALL_CONDITIONS
 from hydro.walls import WALLS, ThermalWall, VibratingWall
 
 
@@ -45,6 +46,7 @@ from hydro.walls import WALLS, ThermalWall, VibratingWall
         (model.INITIALS, INITIAL_STATES),
         (model.PATTERNS, PATTERNS),
         (model.KINDS, KINDS),
+        (model.STABILITY_WALLS, WALL_CONDITIONS),
     ],
 )
 def test_decks_name_exactly_what_is_registered(in_decks, registry):

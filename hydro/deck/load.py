@@ -12,7 +12,7 @@ from typing import Any, get_args
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from hydro.deck.model import KINDS, Deck, Section, kinds_of, meaning, section_of
+from hydro.deck.model import KINDS, Deck, Section, item_of, kinds_of, list_or, meaning, section_of
 from hydro.errors import Complaint, DeckError
 from hydro.registry import nearest
 
@@ -100,6 +100,8 @@ def _toml(value: object) -> str:
         return str(value).lower()
     if isinstance(value, tuple):
         return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{key} = {_toml(item)}' for key, item in value.items())} }}"
     return repr(value)
 
 
@@ -229,8 +231,14 @@ def _locate(loc: tuple[int | str, ...], deck: type[Section]) -> tuple[str, type[
             model, table = table[part], None
         else:
             key += f".{part if part.isprintable() else ascii(part)}"
-            owner, table, model = model, kinds_of(model, part), section_of(model, part) or model
+            owner, table, model = model, _choices(model, part), section_of(model, part) or item_of(model, part) or model
     return key.removeprefix("."), owner
+
+
+def _choices(model: type[Section], key: str) -> Table | None:
+    """What pydantic may say behind `key` of `model` to tell its kinds, or a list from a section, apart."""
+    section = list_or(model, key)
+    return kinds_of(model, key) if section is None else {"list": model, "section": section}
 
 
 def _unknown_key(key: str, owner: type[Section], deck: type[Section], entry: ErrorDetails) -> Complaint:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationInfo, field_validator
 from pydantic.annotated_handlers import GetCoreSchemaHandler
@@ -25,6 +25,7 @@ PARAMETERS = ("f", "aspect_ratio", "L")
 SEARCHES = ("relaxation", "branch")
 LIMITERS = ("minmod", "van_leer", "mc")
 RIEMANN_SOLVERS = ("hllc", "hllc_lm")
+STABILITY_WALLS = ("vibrating", "thermal")
 
 
 SHORTEST_CADENCE = 1e-6  # of the run: more often than that would fill the disk
@@ -68,6 +69,21 @@ class OneOf:
         return core_schema.nullable_schema(tagged) if type(None) in get_args(source) else tagged
 
 
+@dataclass(frozen=True)
+class ListOr:
+    """Marks a list that may also be given as a section from which it follows."""
+
+    section: type[Section]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        listed, *_ = (part for part in get_args(source) if get_origin(part) is tuple)
+        choices = {"list": handler.generate_schema(listed), "section": handler.generate_schema(self.section)}
+        return core_schema.tagged_union_schema(choices, discriminator=self._choice)
+
+    def _choice(self, value: Any) -> str:
+        return "section" if isinstance(value, dict | self.section) else "list"
+
+
 class Section(BaseModel):
     """Base of all sections: frozen, unknown keys refused, numbers finite unless a field says otherwise."""
 
@@ -80,10 +96,16 @@ def _increasing(values: tuple[float, ...]) -> tuple[float, ...]:
     return values
 
 
-def _distinct(values: tuple[str, ...]) -> tuple[str, ...]:
+def _distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
     if len(set(values)) < len(values):
         raise broken_rule("must not repeat an item")
     return values
+
+
+def _some_distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    if not values:
+        raise broken_rule("must have an item")
+    return _distinct(values)
 
 
 def _file_name(name: str) -> str:
@@ -101,6 +123,7 @@ Flag = Annotated[bool, Strict()]
 Axis = Annotated[Text, Among(("x", "y"))]
 Cells = Annotated[int, Strict(), Field(ge=4, le=16384)]
 Wave = Annotated[int, Strict(), Field(ge=0, le=16384)]
+HalfWaves = Annotated[int, Strict(), Field(ge=1, le=16384)]
 Vector = tuple[Number, Number]
 Primitive = tuple[Density, Number, Positive]
 
@@ -600,15 +623,102 @@ class BranchDeck(Deck):
         return branch
 
 
-KINDS: dict[str, type[Deck]] = {"evolution": EvolutionDeck, "steady": SteadyDeck, "branch": BranchDeck}
-
-
 def _divisible(mesh: Mesh | None, wave: int, key: str) -> None:
     if mesh is None or wave == 0:
         return
     if mesh.cells[1] % wave or mesh.cells[1] // wave < 4:
         problem = f"mesh.cells[1] = {mesh.cells[1]} must be a multiple of it, four times or more"
         raise broken_rule(problem, key, wave)
+
+
+class DensityGas(Section):
+    """The granular gas, as far as steady densities depend on it; L and f are those of the other sections."""
+
+    alpha: Positive = Field(default=1.15, description="weight of the mean free path in the heat conductivity")
+    closure: Annotated[Text, Among(CLOSURES)] = Field(
+        default="grossman", description="equation of state, mean free path, conductivity and cooling"
+    )
+
+
+class AreaFractions(Section):
+    """Area fractions from start to stop."""
+
+    start: Density = Field(description="the first")
+    stop: Density = Field(description="the last, greater than start")
+    count: Annotated[int, Strict(), Field(ge=2, le=100000)] = Field(description="how many, start and stop included")
+    spacing: Annotated[Text, Among(("linear", "log"))] = Field(
+        default="linear", description="equal differences or equal ratios"
+    )
+
+    @field_validator("stop")
+    @classmethod
+    def _check_stop(cls, stop: float, info: ValidationInfo) -> float:
+        start = info.data.get("start")
+        if start is not None and stop <= start:
+            raise broken_rule(f"must be greater than start, {start:g}")
+        return stop
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """All of them, increasing."""
+        shares = [k / (self.count - 1) for k in range(1, self.count - 1)]
+        if self.spacing == "log":
+            inner = [self.start * (self.stop / self.start) ** share for share in shares]
+        else:
+            inner = [self.start + (self.stop - self.start) * share for share in shares]
+        return (self.start, *inner, self.stop)
+
+
+class MarkedPoint(Section):
+    """A point to mark in the picture of a tongue."""
+
+    f: Density = Field(title="area_fraction", description="its area fraction")
+    aspect_ratio: Positive = Field(title="Delta", description="its aspect ratio L_y/L_x")
+    label: Text = Field(default="", description="what to write beside it")
+
+
+class Stability(Section):
+    """Extended states whose critical aspect ratios are wanted."""
+
+    L: Annotated[tuple[Positive, ...], AfterValidator(_some_distinct)] = Field(
+        title="collisional_loss", description="collisional losses"
+    )
+    f: Annotated[tuple[Density, ...] | AreaFractions, ListOr(AreaFractions)] = Field(
+        title="area_fraction", description="area fractions: a list, or a section with start, stop and count"
+    )
+    walls: Annotated[tuple[Annotated[Text, Among(STABILITY_WALLS)], ...], AfterValidator(_some_distinct)] = Field(
+        default=("vibrating",), description="kinds of the wall at x=1"
+    )
+    waves: Annotated[tuple[Annotated[int, Strict(), Field(ge=1, le=16384)], ...], AfterValidator(_some_distinct)] = (
+        Field(default=(1,), description="numbers m of half-waves across the box in y")
+    )
+    points: tuple[MarkedPoint, ...] = Field(default=(), description="points to mark in the picture of a single L")
+
+    @field_validator("f")
+    @classmethod
+    def _check_f(cls, f: tuple[float, ...] | AreaFractions) -> tuple[float, ...] | AreaFractions:
+        return f if isinstance(f, AreaFractions) else _some_distinct(f)
+
+    @property
+    def area_fractions(self) -> tuple[float, ...]:
+        """All area fractions."""
+        return self.f.values if isinstance(self.f, AreaFractions) else self.f
+
+
+class StabilityDeck(Deck):
+    """Critical aspect ratios of extended states, and the tongues in which they exist."""
+
+    kind: Literal["stability"] = "stability"
+    gas: DensityGas = DensityGas()
+    stability: Stability
+
+
+KINDS: dict[str, type[Deck]] = {
+    "evolution": EvolutionDeck,
+    "steady": SteadyDeck,
+    "branch": BranchDeck,
+    "stability": StabilityDeck,
+}
 
 
 def _same_length(values: tuple[float, ...], other: str, info: ValidationInfo) -> None:
@@ -629,6 +739,19 @@ def section_of(model: type[Section], key: str) -> type[Section] | None:
     field = model.model_fields.get(key)
     annotation = field.annotation if field and kinds_of(model, key) is None else None
     return annotation if isinstance(annotation, type) and issubclass(annotation, Section) else None
+
+
+def list_or(model: type[Section], key: str) -> type[Section] | None:
+    """The section as which `key` of `model`, else a list, may be given; None when there is none."""
+    field = model.model_fields.get(key)
+    return next((marker.section for marker in (field.metadata if field else ()) if isinstance(marker, ListOr)), None)
+
+
+def item_of(model: type[Section], key: str) -> type[Section] | None:
+    """The model of the items of `key` of `model`; None when it is no list of sections."""
+    field = model.model_fields.get(key)
+    parts = get_args(field.annotation) if field and get_origin(field.annotation) is tuple else ()
+    return next((part for part in parts if isinstance(part, type) and issubclass(part, Section)), None)
 
 
 def meaning(model: type[Section], key: str) -> str:

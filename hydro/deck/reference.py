@@ -7,7 +7,7 @@ from typing import Any, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen
 
-from hydro.deck.model import KINDS, Among, Section, kinds_of, meaning, section_of
+from hydro.deck.model import KINDS, Among, Section, item_of, kinds_of, list_or, meaning, section_of
 
 INTRODUCTION = """\
 # Decks
@@ -50,6 +50,12 @@ def _section(owner: type[Section], key: str, name: str, level: int) -> Iterator[
     elif model is not None:
         yield f"{'#' * level} [{name}]"
         yield from _keys(model, name, level)
+    elif (item := item_of(owner, key)) is not None:
+        yield f"{'#' * level} [[{name}]]"
+        yield from _keys(item, name, level)
+    elif (instead := list_or(owner, key)) is not None:
+        yield f"{'#' * level} [{name}], instead of a list"
+        yield from _keys(instead, name, level)
 
 
 def _keys(model: type[Section], name: str, level: int) -> Iterator[str]:
@@ -65,12 +71,15 @@ def _row(model: type[Section], key: str) -> str:
     field = model.model_fields[key]
     kinds = kinds_of(model, key)
     kind_of_value = "section" if kinds else _type(field.annotation)
+    kind_of_value += " or section" if list_or(model, key) else ""
     allowed = ", ".join(kinds or dict.fromkeys([*_allowed(field.metadata), *_allowed_in(field.annotation)]))
     return f"| `{key}` | {kind_of_value} | {_default(model, key)} | {allowed} | {meaning(model, key)} |"
 
 
 def _type(annotation: Any) -> str:
     """An annotation in words."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return "section"
     inner = [part for part in get_args(annotation) if part not in (type(None), Ellipsis)]
     if get_origin(annotation) is not tuple:
         return _type(inner[0]) if inner else WORDS[annotation]
@@ -93,6 +102,7 @@ def _allowed_in(annotation: Any) -> Iterator[str]:
     """Bounds and names of the items of a list, and of what may also be None."""
     yield from _allowed(getattr(annotation, "__metadata__", ()))
     parts = [part for part in dict.fromkeys(get_args(annotation)) if part not in (type(None), Ellipsis)]
+    parts = [part for part in parts if not (isinstance(part, type) and issubclass(part, Section))]
     if len(parts) == 1:  # items that differ from each other are told apart by the description
         yield from _allowed_in(parts[0])
 

@@ -1,0 +1,50 @@
+"""Progress of work whose extent is known: how much is done, the rate, the time left."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from typing import TextIO, TypeVar
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+T = TypeVar("T")
+
+
+def counted(items: Sequence[T], title: str, quiet: bool, stream: TextIO = sys.stderr) -> Iterator[T]:
+    """The items one by one, with a bar on a terminal and a line for every tenth elsewhere; neither when quiet."""
+    if quiet:
+        yield from items
+    elif stream.isatty():
+        yield from _with_bar(items, title, stream)
+    else:
+        yield from _with_lines(items, title, stream)
+
+
+def _with_bar(items: Sequence[T], title: str, stream: TextIO) -> Iterator[T]:
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )  # fmt: skip
+    started = time.perf_counter()
+    with Progress(*columns, console=Console(file=stream)) as progress:
+        task = progress.add_task(title, total=len(items), rate="")
+        for done, item in enumerate(items, start=1):
+            yield item
+            rate = done / (time.perf_counter() - started)
+            progress.update(task, completed=done, rate=f"{rate:.0f} a second")
+
+
+def _with_lines(items: Sequence[T], title: str, stream: TextIO) -> Iterator[T]:
+    started, due = time.perf_counter(), 0.1
+    for done, item in enumerate(items, start=1):
+        yield item
+        share = done / len(items)
+        if share >= due:
+            rate = done / (time.perf_counter() - started)
+            left = (len(items) - done) / rate
+            print(f"{title}: {share:4.0%}  {rate:.0f} a second  {left:.0f} s left", file=stream, flush=True)
+            due = math.floor(share * 10.0 + 1.0) / 10.0

@@ -1,0 +1,117 @@
+"""`kind = "stability"`: critical aspect ratios of extended states, and the tongues in which they exist."""
+
+from __future__ import annotations
+
+import math
+import time
+from itertools import product
+from typing import Any
+
+from hydro.deck import StabilityDeck, dumps
+from hydro.errors import HydroError
+from hydro.gas import CLOSURES, Closure
+from hydro.runs.countdown import counted
+from hydro.runs.folder import RunFolder
+from hydro.runs.trackers import StopOnSignal
+from hydro.steady.extended import extended_state
+from hydro.steady.marginal import critical_aspect_ratio, tongue
+
+SECONDS_PER_STATE = 0.02  # a guess, good to a factor of two or three on one core of a current processor
+SECONDS_PER_TONGUE = 1.0
+LARGE_LOSS = 144.83  # Delta_min L^(1/2) at large L, for the paper's alpha
+
+
+def gas_of(deck: StabilityDeck, L: float) -> Closure:
+    """The deck's closure for one of its L; K makes no difference to densities."""
+    return CLOSURES[deck.gas.closure](L=L, K=1.0, alpha=deck.gas.alpha)
+
+
+def solve(deck: StabilityDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
+    """All rows and tongues of the deck, with its picture, in its folder; returns the summary.
+
+    A HydroError on the way (no state found, a signal) comes through after what is finished has been saved.
+    """
+    started = time.perf_counter()
+    folder.prepare(dumps(deck))
+    summary: dict[str, Any] = {"kind": deck.kind, "completed": False, "rows": [], "tongues": []}
+    try:
+        with StopOnSignal() as stop:
+            _fill(summary, deck, stop, folder.path.name, quiet)
+        summary["completed"] = True
+    except HydroError as error:
+        message = f"{error}\n{len(summary['rows'])} rows are finished and saved in {folder.summary}"
+        raise type(error)(message) from error
+    finally:
+        summary["wall_seconds"] = time.perf_counter() - started
+        folder.write_summary(summary)
+        if summary["rows"]:
+            _draw(summary, deck, folder)
+    return summary
+
+
+def _fill(summary: dict[str, Any], deck: StabilityDeck, stop: StopOnSignal, title: str, quiet: bool) -> None:
+    """Enter rows, then tongues, into the summary."""
+    wanted = deck.stability
+    places = list(product(wanted.L, wanted.area_fractions))
+    for L, f in counted(places, title, quiet):
+        stop.check(f"before L = {L:g}, f = {f:g}")
+        summary["rows"] += rows(gas_of(deck, L), f, wanted.walls, wanted.waves)
+    for L, wall in counted(list(product(wanted.L, wanted.walls)), f"{title}, tongues", quiet):
+        stop.check(f"before the tongue at L = {L:g}, {wall} wall")
+        found = tongue(gas_of(deck, L), wall)
+        summary["tongues"].append({"L": L, "wall": wall, **vars(found)})
+
+
+def rows(gas: Closure, f: float, walls: tuple[str, ...], waves: tuple[int, ...]) -> list[dict[str, Any]]:
+    """The critical aspect ratios of one extended state."""
+    state = extended_state(gas, f)
+    found: list[dict[str, Any]] = []
+    for wall in walls:
+        first = critical_aspect_ratio(state, wall)
+        for m in waves:
+            place = {"L": gas.L, "f": f, "wall": wall, "m": m}
+            found.append({**place, "aspect_ratio": first.times(m).aspect_ratio, "error": first.times(m).error})
+    return found
+
+
+def describe(deck: StabilityDeck) -> list[str]:
+    """What the deck asks for, and what to expect."""
+    from hydro.steady.limits import dense_rate, dilute_end
+
+    wanted = deck.stability
+    states, tongues = len(wanted.L) * len(wanted.area_fractions), len(wanted.L) * len(wanted.walls)
+    lines = [
+        f"{states} extended states, {len(wanted.walls) * len(wanted.waves)} critical aspect ratios for each, "
+        f"and {tongues} tongues: about {states * SECONDS_PER_STATE + tongues * SECONDS_PER_TONGUE:.0f} s",
+        "for each L: depth 1/k over which a dense cluster changes, f_1 of Eq. (asymp), least Delta_1 of large L",
+    ]
+    for L in wanted.L:
+        gas: Any = gas_of(deck, L)
+        least = f"about {LARGE_LOSS / math.sqrt(L):.3g}" if deck.gas.alpha == 1.15 else "not known for this alpha"
+        lines.append(f"L = {L:<10g} 1/k {1.0 / dense_rate(gas):<10.3g} f_1 {dilute_end(gas):<10.3g} Delta_min {least}")
+    return lines
+
+
+def closing(summary: dict[str, Any]) -> list[str]:
+    """The tongues, and how many critical aspect ratios there are."""
+    found = [row for row in summary["rows"] if row["aspect_ratio"] is not None]
+    worst = max((row["error"] / row["aspect_ratio"] for row in found), default=0.0)
+    lines = []
+    for entry in summary["tongues"]:
+        place = f"L={entry['L']:<8g} {entry['wall']:<10}"
+        if entry["f1"] is None:
+            lines.append(f"{place} no tongue: stable for every aspect ratio")
+        else:
+            lines.append(
+                f"{place} tongue {entry['f1']:.4g} < f < {entry['f2']:.4g}, "
+                f"least aspect ratio {entry['aspect_ratio_min']:.5g} at f={entry['f_min']:.5g}"
+            )
+    count = f"{len(found)} of {len(summary['rows'])} points have a critical aspect ratio"
+    return [*lines, f"{count}, relative error {worst:.0e} or less; {summary['wall_seconds']:.1f} s"]
+
+
+def _draw(summary: dict[str, Any], deck: StabilityDeck, folder: RunFolder) -> None:
+    from hydro.pictures.marginal import draw  # matplotlib is slow to import
+
+    points = [(point.f, point.aspect_ratio, point.label) for point in deck.stability.points]
+    draw(folder.pictures / "marginal", summary["rows"], summary["tongues"], points)
