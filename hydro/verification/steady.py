@@ -20,8 +20,10 @@ from hydro.runs.observables import wall_extremes
 from hydro.state import State
 from hydro.steady.balance import Balance
 from hydro.steady.continuation import ExtendedBranch, Family, Point, fold_between, follow
+from hydro.steady.extended import extended_state
 from hydro.steady.growth import growth_of, lower_half, with_mode
 from hydro.steady.localized import extended_solution, steady_state
+from hydro.steady.marginal import critical_aspect_ratio
 from hydro.steady.spectrum import Linearization, Mode, even, odd
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement, orders
 from hydro.verification.march import run
@@ -262,7 +264,25 @@ def branches(full: bool) -> Findings:
             rows.append((name, cells, ", ".join(f"{value:.6f}" for value, _ in found), kinds))
         claims.append(at_least(TOPIC, f"{name}: {case.expected}", "1 (yes)", float(kinds == case.expected), 1.0))
     table = Table("Bifurcations of the extended state.", ("box", "cells in x", "at", "kind"), rows)
-    return Findings(tuple(claims), (table,)) + folds(full)
+    return Findings(tuple(claims), (table,)) + critical_values(full) + folds(full)
+
+
+def critical_values(full: bool) -> Findings:
+    """The bifurcation in the aspect ratio on finite volumes, against the marginal curve."""
+    grids = (32, 64, 128) if full else (16, 32, 64)
+    exact = critical_aspect_ratio(extended_state(GAS, F), "vibrating").aspect_ratio
+    assert exact is not None
+    rows: list[Row] = []
+    errors = []
+    for cells in grids:
+        (found,) = ExtendedBranch(family_of(1.0, cells, "aspect_ratio")).bifurcations(np.geomspace(0.55, 0.9, 5))
+        errors.append(abs(found.value / exact - 1.0))
+        rows.append((cells, f"{found.value:.6f}", errors[-1]))
+    rows.append(("marginal curve", f"{exact:.6f}", 0.0))
+    order = orders([1.0 / cells for cells in grids], errors)[-1]
+    claim = at_least(TOPIC, "critical aspect ratio, finite volumes against marginal curve: order", "2", order, 1.9)
+    table = Table("Critical aspect ratio at f = 0.0235.", ("cells in x", "Delta_1", "relative difference"), rows)
+    return Findings((claim,), (table,))
 
 
 def folds(full: bool) -> Findings:
