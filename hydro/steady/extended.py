@@ -76,7 +76,7 @@ class ExtendedState:
     @property
     def x(self) -> np.ndarray:
         """Nodes, from 0 to 1."""
-        return joined(self.profile.xi) / self.profile.xi[-1, -1]
+        return np.append(joined(self.profile.xi)[:-1] / self.length, 1.0)
 
     @property
     def w(self) -> np.ndarray:
@@ -126,7 +126,7 @@ class ExtendedState:
     def _s_at(self, x):
         """s, the root of xi(s) = x L^(1/2), by Newton's method on the polynomials of the elements."""
         profile, element = self.profile, reference_element(self.degree)
-        wanted = np.clip(np.ravel(np.asarray(x, dtype=float)), 0.0, 1.0) * profile.xi[-1, -1]
+        wanted = np.clip(np.ravel(np.asarray(x, dtype=float)) * self.length, 0.0, profile.xi[-1, -1])
         k = np.clip(np.searchsorted(profile.xi[:, 0], wanted, side="right") - 1, 0, len(profile.xi) - 1)
         xi = (profile.xi @ element.modes.T)[k]
         slope = (profile.xi_slope @ element.modes.T)[k] * (0.5 * np.ptp(profile.s, axis=1))[k, None]

@@ -161,15 +161,15 @@ def tongue_row(L: float, wall: str, entry: Tongue) -> tuple[float | str, ...]:
 @measurement(TOPIC, "Where tongues vanish")
 def vanishing(full: bool) -> Findings:
     """The L below which the extended state is stable for every aspect ratio, and the area fraction to which the
-    tongue shrinks there; a thousandth above and below it, what a search for the tongue gives."""
+    tongue shrinks there; a ten-thousandth above and below it, what a search for the tongue gives."""
     claims, rows = [], []
     for wall, bounds in VANISHING.items():
         L, f = vanishing_loss(gas(1.0), wall, *bounds)
-        above, below = tongue(gas(1.001 * L), wall), tongue(gas(0.999 * L), wall)
+        above, below = tongue(gas(1.0001 * L), wall), tongue(gas(0.9999 * L), wall)
         rows.append((wall, f"{L:.6g}", f"{f:.5g}", width(above), width(below)))
         claims.append(at_least(TOPIC, f"{wall} wall: f2-f1 just above", "there", width(above), 1e-4))
         claims.append(at_most(TOPIC, f"{wall} wall: f2-f1 just below", "none", width(below), 0.0))
-    header = ("wall", "L", "f", "f2-f1 at 1.001 L", "f2-f1 at 0.999 L")
+    header = ("wall", "L", "f", "f2-f1 at 1.0001 L", "f2-f1 at 0.9999 L")
     return Findings(tuple(claims), (Table("Where tongues vanish.", header, rows),))
 
 
