@@ -161,7 +161,8 @@ def extended_state(gas: Any, f: float, degree: int = DEGREE, near: ExtendedState
     if not (0.0 < gas.L < math.inf and 0.0 < f < 1.0):
         raise RunFailed(f"no extended state for L = {gas.L:g}, f = {f:g}: it needs L > 0 and 0 < f < 1")
     search = Search(UniformPressure.of(gas), f, math.sqrt(gas.L), degree)
-    profile = search.profile(search.root(None if near is None else near.w0))
+    with np.errstate(all="ignore"):  # what is not a number fails below
+        profile = search.profile(search.root(None if near is None else near.w0))
     length, mean = profile.xi[-1, -1] / search.length - 1.0, profile.mass[-1, -1] / (f * search.length) - 1.0
     if not max(abs(length), abs(mean)) <= CLOSED:
         raise RunFailed(
@@ -200,7 +201,12 @@ class Search:
         """Logarithm of the mass in the box over the wanted one."""
         self.tried.append(w0)
         profile = self._beyond(w0)
-        return math.log(self._at_wall(profile, profile.mass) / (self.f * self.length))
+        mass = self._at_wall(profile, profile.mass)
+        if not 0.0 < mass < math.inf:
+            raise RunFailed(
+                f"no extended state from log(n_c/n - 1) = {w0:.6g} at x=0: the box would hold a mass of {mass}"
+            )
+        return math.log(mass / (self.f * self.length))
 
     def profile(self, w0: float) -> Profile:
         """The profile whose last element ends at the driving wall."""
