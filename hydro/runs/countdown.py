@@ -14,8 +14,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 T = TypeVar("T")
 
 
-def counted(items: Sequence[T], title: str, quiet: bool, stream: TextIO = sys.stderr) -> Iterator[T]:
-    """The items one by one, with a bar on a terminal and a line for every tenth elsewhere; neither when quiet."""
+def counted(items: Sequence[T], title: str, quiet: bool) -> Iterator[T]:
+    """The items one by one; on stderr a bar if that is a terminal, else a line for every tenth; neither when quiet."""
+    stream = sys.stderr
     if quiet:
         yield from items
     elif stream.isatty():

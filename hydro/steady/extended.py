@@ -76,7 +76,7 @@ class ExtendedState:
     @property
     def x(self) -> np.ndarray:
         """Nodes, from 0 to 1."""
-        return joined(self.profile.xi) / self.profile.xi[-1, -1]
+        return np.append(joined(self.profile.xi)[:-1] / self.length, 1.0)
 
     @property
     def w(self) -> np.ndarray:
@@ -126,7 +126,7 @@ class ExtendedState:
     def _s_at(self, x):
         """s, the root of xi(s) = x L^(1/2), by Newton's method on the polynomials of the elements."""
         profile, element = self.profile, reference_element(self.degree)
-        wanted = np.clip(np.ravel(np.asarray(x, dtype=float)), 0.0, 1.0) * profile.xi[-1, -1]
+        wanted = np.clip(np.ravel(np.asarray(x, dtype=float)) * self.length, 0.0, profile.xi[-1, -1])
         k = np.clip(np.searchsorted(profile.xi[:, 0], wanted, side="right") - 1, 0, len(profile.xi) - 1)
         xi = (profile.xi @ element.modes.T)[k]
         slope = (profile.xi_slope @ element.modes.T)[k] * (0.5 * np.ptp(profile.s, axis=1))[k, None]
@@ -161,7 +161,8 @@ def extended_state(gas: Any, f: float, degree: int = DEGREE, near: ExtendedState
     if not (0.0 < gas.L < math.inf and 0.0 < f < 1.0):
         raise RunFailed(f"no extended state for L = {gas.L:g}, f = {f:g}: it needs L > 0 and 0 < f < 1")
     search = Search(UniformPressure.of(gas), f, math.sqrt(gas.L), degree)
-    profile = search.profile(search.root(None if near is None else near.w0))
+    with np.errstate(all="ignore"):  # what is not a number fails below
+        profile = search.profile(search.root(None if near is None else near.w0))
     length, mean = profile.xi[-1, -1] / search.length - 1.0, profile.mass[-1, -1] / (f * search.length) - 1.0
     if not max(abs(length), abs(mean)) <= CLOSED:
         raise RunFailed(
@@ -200,7 +201,12 @@ class Search:
         """Logarithm of the mass in the box over the wanted one."""
         self.tried.append(w0)
         profile = self._beyond(w0)
-        return math.log(self._at_wall(profile, profile.mass) / (self.f * self.length))
+        mass = self._at_wall(profile, profile.mass)
+        if not 0.0 < mass < math.inf:
+            raise RunFailed(
+                f"no extended state from log(n_c/n - 1) = {w0:.6g} at x=0: the box would hold a mass of {mass}"
+            )
+        return math.log(mass / (self.f * self.length))
 
     def profile(self, w0: float) -> Profile:
         """The profile whose last element ends at the driving wall."""

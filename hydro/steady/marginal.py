@@ -30,7 +30,7 @@ COARSE = 12  # degree of the second calculation, whose distance from the first e
 ITERATIONS = 80
 RESIDUAL = 1e-13  # of the eigenvalue problem, relative to its largest entry
 NOISE = 1e-8  # of the eigenfunction, relative to its peak: below it a sign means nothing
-LEAST_F, MOST_F = 1e-9, 0.98  # area fractions between which tongues are looked for
+LEAST_F, MOST_F = 1e-3, 0.98  # tongues are looked for between area fractions LEAST_F/L and MOST_F
 SCAN = 56  # how many area fractions that look takes
 NEAR = 0.02  # half-width in log f of the polynomial that places a minimum, its number of points
 POINTS = 9
@@ -111,7 +111,7 @@ def tongue(gas: Any, wall: str, scan: int = SCAN) -> Tongue:
     peak is not positive.
     """
     place = Eigenvalues(gas, wall)
-    grid = np.linspace(math.log(LEAST_F), math.log(MOST_F), scan)
+    grid = np.linspace(math.log(min(LEAST_F / gas.L, 1e-5)), math.log(MOST_F), scan)
     heights = np.array([place.reduced(u) for u in grid])
     k = int(np.argmax(heights))
     inside, height = float(grid[k]), heights[k]
@@ -122,7 +122,8 @@ def tongue(gas: Any, wall: str, scan: int = SCAN) -> Tongue:
     ends = [*grid[(grid < inside) & (heights <= 0.0)][-1:], *grid[(grid > inside) & (heights <= 0.0)][:1]]
     if len(ends) < 2:
         raise RunFailed(
-            f"the tongue at L = {gas.L:g} before the {wall} wall reaches beyond {LEAST_F:g} < f < {MOST_F:g}"
+            f"the tongue at L = {gas.L:g} before the {wall} wall reaches beyond "
+            f"{math.exp(grid[0]):.3g} < f < {math.exp(grid[-1]):.3g}"
         )
     low, high = (brentq(place.reduced, min(u, inside), max(u, inside), xtol=1e-14) for u in ends)
     least, value = place.highest(low, high)

@@ -1,6 +1,8 @@
 """The verification book: what is claimed of the solvers, measured.
 
     closures            the closures against the functions of the paper
+    extended            the extended state against shooting and against its limits
+    marginal            critical aspect ratios, tongues, large L
     riemann_problems    shocks, contacts and rarefactions
     waves               smooth flow, flow at low Mach number, contacts that are carried along
     heat                cooling, conduction, friction, the driving wall
@@ -13,6 +15,8 @@
 
 from hydro.verification import (  # noqa: F401, I001  imported in the order of the book: each enters its measurements
     closures,
+    extended,
+    marginal,
     riemann_problems,
     waves,
     heat,
