@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from hydro.registry import Registry
-from hydro.runs import branch, evolution, steady
+from hydro.runs import branch, evolution, stability, steady
 from hydro.scales import report
-from hydro.steady import stability
 
 
 class Kind(NamedTuple):
