@@ -2,5 +2,6 @@
 
 from hydro.dynamics.godunov import Godunov
 from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, StepRejected
+from hydro.dynamics.lagrange import LagrangeRemap
 
-__all__ = ["INTEGRATORS", "Exchange", "Godunov", "Integrator", "StepRejected"]
+__all__ = ["INTEGRATORS", "Exchange", "Godunov", "Integrator", "LagrangeRemap", "StepRejected"]

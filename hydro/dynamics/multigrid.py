@@ -1,0 +1,322 @@
+"""Multigrid for pairs of unknowns per cell, pressure and temperature, coupled to the four neighbours.
+
+Rows are the balances of mass and of energy of a cell. What crosses a face, from a lower cell a to an upper one b, is
+
+    mass:    M (P_b - P_a)
+    energy:  H (P_b - P_a) + C (T_b - T_a) + drift,    drift = A_P P_a + B_P P_b + A_T T_a + B_T T_b;
+
+it is added to the rows of b and taken from those of a. Coarser levels join two by two cells: local terms and drifts
+add up, and so do M, H and C, times the ratio of the distances between centres. One V-cycle smooths by two block Jacobi
+sweeps with Chebyshev weights before and after the coarser levels (they treat mirror images alike, which Gauss-Seidel
+does not), sums residuals up and interpolates corrections bilinearly; the coarsest level is solved directly.
+
+The cycle works in single precision: it improves a solution whose residuals are double.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydro.dynamics.heat import inverse_distances
+from hydro.jit import kernel, part
+from hydro.mesh import Mesh
+
+# What crosses a face, per unit of the unknowns; rows of arrays (COUPLINGS, nx, ny), face [i, j] below cell [i, j].
+MASS, ENERGY_P, ENERGY_T = 0, 1, 2  # by differences: M, H, C
+DRIFT_PA, DRIFT_PB, DRIFT_TA, DRIFT_TB = 3, 4, 5, 6
+COUPLINGS = 7
+
+# Rows of the stencil of a cell: its own block, inverse of that, and neighbours.
+D11, D12, D21, D22, V11, V12, V21, V22 = range(8)
+XL_P, XL_T, XH_P, XH_T, YL_P, YL_T, YH_P, YH_T = range(8, 16)
+STENCIL = 16
+
+COARSEST = 3  # cells along a side
+CHEBYSHEV = (0.5620, 1.3885)  # weights that damp eigenvalues in [1/2, 2] best, by a factor of 4.6 together
+ONE, TWO = np.uint64(1), np.uint64(2)
+
+
+class Level:
+    """One mesh of the hierarchy, with its equations, right-hand side and unknowns."""
+
+    def __init__(self, widths: tuple[np.ndarray, np.ndarray], periodic: tuple[bool, bool]):
+        self.widths, self.periodic = widths, periodic
+        nx, ny = self.shape = widths[0].size, widths[1].size
+        self.local = np.zeros((4, nx, ny), np.float32)
+        self.faces_x = np.zeros((COUPLINGS, nx, ny), np.float32)
+        self.faces_y = np.zeros((COUPLINGS, nx, ny), np.float32)
+        self.stencil = np.zeros((STENCIL, nx, ny), np.float32)
+        self.right = np.zeros((2, nx, ny), np.float32)
+        self.change = np.zeros((2, nx, ny), np.float32)
+        self.unknowns = np.zeros((2, nx, ny + 2), np.float32)  # with a ghost column on both sides
+
+    def coarser(self) -> Level:
+        """The level with pairs of cells joined, along every side that has more than COARSEST."""
+        return Level((joined(self.widths[0]), joined(self.widths[1])), self.periodic)
+
+
+def joined(widths: np.ndarray) -> np.ndarray:
+    """Widths of pairs of cells; the last one stays single if their number is odd; few cells stay as they are."""
+    if widths.size <= COARSEST:
+        return widths
+    pairs = widths[: widths.size // 2 * 2].reshape(-1, 2).sum(axis=1)
+    return np.append(pairs, widths[-1]) if widths.size % 2 else pairs
+
+
+class Hierarchy:
+    """All levels, the finest first. Fill the finest level's `local`, `faces_x`, `faces_y`, then call `prepare`."""
+
+    def __init__(self, mesh: Mesh):
+        self.levels = [Level((mesh.dx, mesh.dy), mesh.periodic)]
+        while max(self.levels[-1].shape) > COARSEST:
+            self.levels.append(self.levels[-1].coarser())
+        self._steps = [Step(*pair) for pair in zip(self.levels, self.levels[1:], strict=False)]
+        self._inverse = np.zeros((1, 1))
+
+    def prepare(self) -> None:
+        """Stencils of all levels from the couplings of the finest."""
+        for step in self._steps:
+            step.couple()
+        for level in self.levels:
+            build(level.local, level.faces_x, level.faces_y, level.stencil)
+        self._inverse = np.linalg.inv(dense(self.levels[-1]))
+
+    def cycle(self) -> None:
+        """One V-cycle, from zero, for the `right` of the finest level; the result is in its `unknowns`."""
+        for step in self._steps:
+            smooth(step.fine, first=True)
+            step.restrict()
+        coarsest = self.levels[-1]
+        solution = self._inverse @ coarsest.right.reshape(-1)
+        coarsest.unknowns[:, :, 1:-1] = solution.reshape(coarsest.right.shape)
+        wrap(coarsest)
+        for step in reversed(self._steps):
+            step.prolong()
+            smooth(step.fine, first=False)
+
+
+class Step:
+    """The way between a level and the next coarser one."""
+
+    def __init__(self, fine: Level, coarse: Level):
+        self.fine, self.coarse = fine, coarse
+        self._pairs = [paired(a, b) for a, b in zip(fine.shape, coarse.shape, strict=True)]
+        ratios = []
+        for axis in (0, 1):
+            near, far = inverse_distances(fine.widths[axis])[:-1], inverse_distances(coarse.widths[axis])[:-1]
+            ratios.append((far[self._pairs[axis]] / near).astype(np.float32))
+        self._ratio_x, self._ratio_y = ratios
+        self._low, self._high, self._share = neighbours(fine, coarse, 1)
+        self._low_x, self._high_x, self._share_x = neighbours(fine, coarse, 0)
+
+    def couple(self) -> None:
+        """Local terms and couplings of the coarse level."""
+        fine, coarse = self.fine, self.coarse
+        add_up(fine.local, self._pairs[0], self._pairs[1], coarse.local)
+        add_faces(fine.faces_x, self._pairs[0], self._pairs[1], self._ratio_x, True, coarse.faces_x)
+        add_faces(fine.faces_y, self._pairs[0], self._pairs[1], self._ratio_y, False, coarse.faces_y)
+
+    def restrict(self) -> None:
+        """Residuals of the fine level, summed, become the coarse right-hand side."""
+        fine, coarse = self.fine, self.coarse
+        residual(fine.stencil, fine.faces_x, fine.faces_y, fine.unknowns, fine.right, fine.change)
+        add_up(fine.change, self._pairs[0], self._pairs[1], coarse.right)
+
+    def prolong(self) -> None:
+        """Add the coarse correction, interpolated."""
+        interpolate(
+            self.coarse.unknowns, self._low_x, self._high_x, self._share_x, self._low, self._high, self._share,
+            self.fine.unknowns,
+        )  # fmt: skip
+        wrap(self.fine)
+
+
+def paired(fine: int, coarse: int) -> np.ndarray:
+    """For every fine index, the coarse one that it belongs to."""
+    index = np.arange(fine)
+    return index if fine == coarse else index // 2
+
+
+def neighbours(fine: Level, coarse: Level, axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coarse cells to both sides of every fine centre along an axis, and the share of the upper one."""
+    widths, count = coarse.widths[axis], coarse.shape[axis]
+    centres, fine_centres = (np.cumsum(w) - 0.5 * w for w in (widths, fine.widths[axis]))
+    high = np.searchsorted(centres, fine_centres)
+    low = high - 1
+    if fine.periodic[axis]:
+        around = np.concatenate([[centres[-1] - widths.sum()], centres, [centres[0] + widths.sum()]])
+        share = (fine_centres - around[high]) / (around[high + 1] - around[high])
+        return low % count, high % count, share.astype(np.float32)
+    low, high = np.clip(low, 0, count - 1), np.clip(high, 0, count - 1)
+    gap = np.where(high > low, centres[high] - centres[low], 1.0)
+    return low, high, np.where(high > low, (fine_centres - centres[low]) / gap, 0.0).astype(np.float32)
+
+
+def smooth(level: Level, first: bool) -> None:
+    """Block Jacobi sweeps with Chebyshev weights; the first one from zero if `first`."""
+    for number, weight in enumerate(CHEBYSHEV):
+        if first and number == 0:
+            start(level.stencil, level.right, np.float32(weight), level.unknowns)
+        else:
+            residual(level.stencil, level.faces_x, level.faces_y, level.unknowns, level.right, level.change)
+            relax(level.stencil, level.change, np.float32(weight), level.unknowns)
+        wrap(level)
+
+
+def wrap(level: Level) -> None:
+    """Ghost columns: across a periodic side. At walls nothing looks at them."""
+    if level.periodic[1]:
+        level.unknowns[:, :, 0] = level.unknowns[:, :, -2]
+        level.unknowns[:, :, -1] = level.unknowns[:, :, 1]
+
+
+def dense(level: Level) -> np.ndarray:
+    """The matrix of a level, (2 nx ny, 2 nx ny), column by column."""
+    size = level.right.size
+    matrix = np.empty((size, size))
+    zero = np.zeros_like(level.right)
+    for k in range(size):
+        level.unknowns[:] = 0.0
+        level.unknowns[:, :, 1:-1][np.unravel_index(k, level.right.shape)] = 1.0
+        wrap(level)
+        residual(level.stencil, level.faces_x, level.faces_y, level.unknowns, zero, level.change)
+        matrix[:, k] = -level.change.reshape(-1)
+    return matrix
+
+
+@kernel
+def build(local, faces_x, faces_y, stencil):
+    """Stencils from local terms (4, nx, ny) and couplings (COUPLINGS, nx, ny)."""
+    nx, ny = local.shape[1:]
+    for i in range(nx):
+        ahead = (i + 1) % nx
+        for j in range(ny):
+            above = (j + 1) % ny
+            d11 = local[0, i, j]
+            d21, d22 = local[2, i, j], local[3, i, j]
+            for low, high, k, m, p, q in (
+                (faces_x, faces_x, ahead, j, XL_P, XH_P),
+                (faces_y, faces_y, i, above, YL_P, YH_P),
+            ):
+                d11 += low[MASS, i, j] + high[MASS, k, m]
+                d21 += low[ENERGY_P, i, j] + low[DRIFT_PB, i, j] + high[ENERGY_P, k, m] - high[DRIFT_PA, k, m]
+                d22 += low[ENERGY_T, i, j] + low[DRIFT_TB, i, j] + high[ENERGY_T, k, m] - high[DRIFT_TA, k, m]
+                stencil[p, i, j] = low[DRIFT_PA, i, j] - low[ENERGY_P, i, j]
+                stencil[p + 1, i, j] = low[DRIFT_TA, i, j] - low[ENERGY_T, i, j]
+                stencil[q, i, j] = -high[DRIFT_PB, k, m] - high[ENERGY_P, k, m]
+                stencil[q + 1, i, j] = -high[DRIFT_TB, k, m] - high[ENERGY_T, k, m]
+            d12 = local[1, i, j]
+            over = 1.0 / (d11 * d22 - d12 * d21)
+            stencil[D11, i, j], stencil[D12, i, j], stencil[D21, i, j], stencil[D22, i, j] = d11, d12, d21, d22
+            stencil[V11, i, j], stencil[V12, i, j] = d22 * over, -d12 * over
+            stencil[V21, i, j], stencil[V22, i, j] = -d21 * over, d11 * over
+
+
+@kernel
+def residual(stencil, faces_x, faces_y, unknowns, right, out):
+    """out = right - matrix unknowns, (2, nx, ny)."""
+    nx = right.shape[1]
+    for i in range(nx):
+        behind, ahead = (i - 1) % nx, (i + 1) % nx
+        residual_row(
+            stencil[D11, i], stencil[D12, i], stencil[D21, i], stencil[D22, i],
+            stencil[XL_P, i], stencil[XL_T, i], stencil[XH_P, i], stencil[XH_T, i],
+            stencil[YL_P, i], stencil[YL_T, i], stencil[YH_P, i], stencil[YH_T, i],
+            faces_x[MASS, i], faces_x[MASS, ahead], faces_y[MASS, i],
+            unknowns[0, behind], unknowns[1, behind], unknowns[0, i], unknowns[1, i],
+            unknowns[0, ahead], unknowns[1, ahead], right[0, i], right[1, i], out[0, i], out[1, i],
+        )  # fmt: skip
+
+
+@part
+def residual_row(
+    d11, d12, d21, d22, xl_p, xl_t, xh_p, xh_t, yl_p, yl_t, yh_p, yh_t, mass_low, mass_high, mass_y,
+    p_behind, t_behind, p, t, p_ahead, t_ahead, right_1, right_2, out_1, out_2,
+):  # fmt: skip
+    """One row of cells."""
+    count = np.uint64(d11.size)
+    last = count - ONE
+    for j in range(count):
+        k = j + ONE
+        mass_above = mass_y[j + ONE] if j < last else mass_y[0]
+        across = mass_low[j] * p_behind[k] + mass_high[j] * p_ahead[k]
+        along = mass_y[j] * p[j] + mass_above * p[k + ONE]
+        out_1[j] = right_1[j] - d11[j] * p[k] - d12[j] * t[k] + (across + along)
+        across = (xl_p[j] * p_behind[k] + xl_t[j] * t_behind[k]) + (xh_p[j] * p_ahead[k] + xh_t[j] * t_ahead[k])
+        along = (yl_p[j] * p[j] + yl_t[j] * t[j]) + (yh_p[j] * p[k + ONE] + yh_t[j] * t[k + ONE])
+        out_2[j] = right_2[j] - d21[j] * p[k] - d22[j] * t[k] - (across + along)
+
+
+@kernel
+def relax(stencil, change, weight, unknowns):
+    """unknowns += weight times inverse blocks times residual."""
+    for i in range(change.shape[1]):
+        relax_row(
+            stencil[V11, i], stencil[V12, i], stencil[V21, i], stencil[V22, i], change[0, i], change[1, i], weight,
+            unknowns[0, i], unknowns[1, i],
+        )  # fmt: skip
+
+
+@part
+def relax_row(v11, v12, v21, v22, r_1, r_2, weight, p, t):
+    """One row of cells."""
+    for j in range(np.uint64(r_1.size)):
+        p[j + ONE] += weight * (v11[j] * r_1[j] + v12[j] * r_2[j])
+        t[j + ONE] += weight * (v21[j] * r_1[j] + v22[j] * r_2[j])
+
+
+@kernel
+def start(stencil, right, weight, unknowns):
+    """The first sweep, from zero."""
+    for i in range(right.shape[1]):
+        start_row(
+            stencil[V11, i], stencil[V12, i], stencil[V21, i], stencil[V22, i], right[0, i], right[1, i], weight,
+            unknowns[0, i], unknowns[1, i],
+        )  # fmt: skip
+
+
+@part
+def start_row(v11, v12, v21, v22, r_1, r_2, weight, p, t):
+    """One row of cells."""
+    for j in range(np.uint64(r_1.size)):
+        p[j + ONE] = weight * (v11[j] * r_1[j] + v12[j] * r_2[j])
+        t[j + ONE] = weight * (v21[j] * r_1[j] + v22[j] * r_2[j])
+
+
+@kernel
+def add_up(fine, pairs_x, pairs_y, coarse):
+    """Sums over the cells that are joined; (fields, nx, ny)."""
+    coarse[:] = 0.0
+    for field in range(fine.shape[0]):
+        for i in range(fine.shape[1]):
+            for j in range(fine.shape[2]):
+                coarse[field, pairs_x[i], pairs_y[j]] += fine[field, i, j]
+
+
+@kernel
+def add_faces(fine, pairs_x, pairs_y, ratio, in_x, coarse):
+    """Sums over the faces that stay between cells which are not joined; differences span longer distances."""
+    coarse[:] = 0.0
+    for i in range(fine.shape[1]):
+        for j in range(fine.shape[2]):
+            k, m = pairs_x[i], pairs_y[j]
+            inner = (i > 0 and pairs_x[i - 1] == k) if in_x else (j > 0 and pairs_y[j - 1] == m)
+            if not inner:
+                shorter = ratio[i] if in_x else ratio[j]
+                for field in range(COUPLINGS):
+                    coarse[field, k, m] += fine[field, i, j] * (shorter if field < DRIFT_PA else np.float32(1.0))
+
+
+@kernel
+def interpolate(coarse, low_x, high_x, share_x, low_y, high_y, share_y, fine):
+    """Add bilinear interpolation of the coarse unknowns; both with ghost columns."""
+    one = np.float32(1.0)
+    for field in range(2):
+        for i in range(fine.shape[1]):
+            below, above, s = coarse[field, low_x[i]], coarse[field, high_x[i]], share_x[i]
+            line = fine[field, i]
+            for j in range(fine.shape[2] - 2):
+                k, m, r = low_y[j] + 1, high_y[j] + 1, share_y[j]
+                left = (one - s) * below[k] + s * above[k]
+                right = (one - s) * below[m] + s * above[m]
+                line[j + 1] += (one - r) * left + r * right
