@@ -327,28 +327,21 @@ def sweep(gas, limiter, ahead, speed, i0, i1, i2, i3, j0, j1, j2, j3, spacing, k
           share_low, share_high, carried, momentum, i, j):  # fmt: skip
     """One face, between cells 1 and 2 of a line of four; k is the number of cell 2 along the line."""
     centre = k + GHOSTS
-    if speed > 0.0:
-        below, above, sign, a, b = spacing[1, centre - 1], spacing[2, centre - 1], 0.5, i1, j1
-    else:
-        below, above, sign, a, b = spacing[1, centre], spacing[2, centre], -0.5, i2, j2
     n, u, v, p = 0.0, 0.0, 0.0, 0.0
-    for q in range(4):
-        here = ahead[q, a, b]
-        if speed > 0.0:
-            low = 0.0 if at_low else here - ahead[q, i0, j0]
-            high = ahead[q, i2, j2] - here
-        else:
-            low = here - ahead[q, i1, j1]
-            high = 0.0 if at_high else ahead[q, i3, j3] - here
-        value = here + sign * limiter.limited(low * below, high * above)
-        if q == 0:
-            n = value
-        elif q == 1:
-            u = value
-        elif q == 2:
-            v = value
-        else:
-            p = value
+    if speed >= 0.0:  # from the lower side; where nothing moves, from both: mirror images have to stay so
+        weight = 1.0 if speed > 0.0 else 0.5
+        low, high = spacing[1, centre - 1], spacing[2, centre - 1]
+        n += weight * profile(limiter, ahead[0], i0, j0, i1, j1, i2, j2, low, high, at_low, False, 0.5)
+        u += weight * profile(limiter, ahead[1], i0, j0, i1, j1, i2, j2, low, high, at_low, False, 0.5)
+        v += weight * profile(limiter, ahead[2], i0, j0, i1, j1, i2, j2, low, high, at_low, False, 0.5)
+        p += weight * profile(limiter, ahead[3], i0, j0, i1, j1, i2, j2, low, high, at_low, False, 0.5)
+    if speed <= 0.0:
+        weight = 1.0 if speed < 0.0 else 0.5
+        low, high = spacing[1, centre], spacing[2, centre]
+        n += weight * profile(limiter, ahead[0], i1, j1, i2, j2, i3, j3, low, high, False, at_high, -0.5)
+        u += weight * profile(limiter, ahead[1], i1, j1, i2, j2, i3, j3, low, high, False, at_high, -0.5)
+        v += weight * profile(limiter, ahead[2], i1, j1, i2, j2, i3, j3, low, high, False, at_high, -0.5)
+        p += weight * profile(limiter, ahead[3], i1, j1, i2, j2, i3, j3, low, high, False, at_high, -0.5)
     density = 0.5 * (ahead[0, i1, j1] + ahead[0, i2, j2])
     enthalpy = p / gas.compressibility(n) + p + 0.5 * n * (u * u + v * v)
     carried[FLOW, i, j] = length * n / density
@@ -358,6 +351,15 @@ def sweep(gas, limiter, ahead, speed, i0, i1, i2, i3, j0, j1, j2, j3, spacing, k
     momentum[0, i2, j2] += share_high * flow * u
     momentum[1, i1, j1] -= share_low * flow * v
     momentum[1, i2, j2] += share_high * flow * v
+
+
+@inline
+def profile(limiter, field, i0, j0, i1, j1, i2, j2, low, high, at_low, at_high, place):
+    """Limited linear profile of cell 1 at `place` widths from its centre; zero slope beside a wall."""
+    here = field[i1, j1]
+    below = 0.0 if at_low else (here - field[i0, j0]) * low
+    above = 0.0 if at_high else (field[i2, j2] - here) * high
+    return here + place * limiter.limited(below, above)
 
 
 @inline
