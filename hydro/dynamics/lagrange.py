@@ -43,7 +43,15 @@ FIRST_STEP = 0.1  # of the time in which sound crosses a cell
 
 N, MX, MY, E = 0, 1, 2, 3
 FLOW, ENERGY = 0, 1  # rows of `carried`: mass, and energy, that a unit of momentum at the face takes along
-HEAT_IN, LOST, RUBBED = 0, 1, 2  # rows of `totals`
+HEAT_IN, LOST, RUBBED = 0, 1, 2  # entries of `totals`
+
+# Scratch lines. Of faces: momentum, mass, energy and heat; in x below or above the rows that have an even number, and
+# those that have an odd one, and in y.
+EVEN, ODD, ALONG = 0, 4, 8
+PUSHED = 12  # momentum of cells in x and y
+WEIGHT, PROFILES, STREAMS, DENSITY_LOW, DENSITY_HIGH, PADDED = 14, 15, 19, 21, 22, 23
+LINES = 24
+ONE, TWO = np.uint64(1), np.uint64(2)
 
 
 class Work(NamedTuple):
@@ -58,6 +66,8 @@ class Work(NamedTuple):
     drive_y: np.ndarray
     density: np.ndarray  # (nx, ny)
     kappa: np.ndarray
+    cooling: np.ndarray
+    lines: np.ndarray  # (LINES, ny + 4), scratch
     wall_flux: np.ndarray  # (ny,)
     wall_temperature: np.ndarray  # (ny,)
 
@@ -95,7 +105,7 @@ class LagrangeRemap:
         self._work = Work(
             np.zeros((4, nx, ny)), np.zeros((4, nx, ny)), np.zeros((2, nx, ny)), np.zeros((2, nx, ny)),
             np.zeros((2, nx, ny)), np.zeros((nx, ny)), np.zeros((nx, ny)), np.zeros((nx, ny)),
-            np.zeros((nx, ny)), np.zeros(ny), np.zeros(ny),
+            np.zeros((nx, ny)), np.zeros((nx, ny)), np.zeros((LINES, ny + 4)), np.zeros(ny), np.zeros(ny),
         )  # fmt: skip
         self._hierarchy = multigrid.Hierarchy(mesh)
         self._last = np.zeros((4, nx, ny))  # the state before
@@ -257,200 +267,271 @@ def carry(gas, limiter, grid, velocity, h, work):
 
     velocity: of the faces, (2, nx, ny).
     """
-    geometry, ahead = grid.heat, work.ahead
+    geometry, ahead, lines = grid.heat, work.ahead, work.lines
     nx, ny = ahead.shape[1:]
+    work.momentum[0] = work.base[MX]
+    work.momentum[1] = work.base[MY]
     for i in range(nx):
-        for j in range(ny):
-            work.momentum[0, i, j], work.momentum[1, i, j] = work.base[MX, i, j], work.base[MY, i, j]
+        if i > 0 or geometry.periodic_x:
+            before = i - 2 if i > 1 or geometry.periodic_x else 0
+            after = (i + 1) % nx if i < nx - 1 or geometry.periodic_x else i
+            spacing, centre = grid.spacing_x, i + GHOSTS
+            upstream_row(velocity[0, i], lines[WEIGHT])
+            for q in range(4):
+                profile_row(
+                    limiter, ahead[q, before], ahead[q, i - 1], ahead[q, i], ahead[q, after],
+                    spacing[1, centre - 1], spacing[2, centre - 1], spacing[1, centre], spacing[2, centre],
+                    lines[WEIGHT], lines[PROFILES + q],
+                )  # fmt: skip
+            carry_row(
+                gas, ahead[0, i - 1], ahead[0, i], velocity[0, i], lines, work.carried_x[FLOW, i],
+                work.carried_x[ENERGY, i],
+            )  # fmt: skip
+            for j in range(ny):
+                work.carried_x[FLOW, i, j] *= geometry.dy[j]
+                work.carried_x[ENERGY, i, j] *= geometry.dy[j]
+            for q in range(2):
+                add_row(work.momentum[q, i - 1], lines[STREAMS + q], -h / geometry.dx[i - 1])
+                add_row(work.momentum[q, i], lines[STREAMS + q], h / geometry.dx[i])
     for i in range(nx):
-        for j in range(ny):
-            if i > 0 or geometry.periodic_x:
-                sweep(
-                    gas,
-                    limiter,
-                    ahead,
-                    velocity[0, i, j],
-                    (i - 2) % nx,
-                    i - 1,
-                    i,
-                    (i + 1) % nx,
-                    j,
-                    j,
-                    j,
-                    j,
-                    grid.spacing_x,
-                    i,
-                    i <= 1 and not geometry.periodic_x,
-                    i == nx - 1 and not geometry.periodic_x,
-                    geometry.dy[j],
-                    h / geometry.dx[i - 1],
-                    h / geometry.dx[i],
-                    work.carried_x,
-                    work.momentum,
-                    i,
-                    j,
-                )
-            if j > 0 or geometry.periodic_y:
-                sweep(
-                    gas,
-                    limiter,
-                    ahead,
-                    velocity[1, i, j],
-                    i,
-                    i,
-                    i,
-                    i,
-                    (j - 2) % ny,
-                    j - 1,
-                    j,
-                    (j + 1) % ny,
-                    grid.spacing_y,
-                    j,
-                    j <= 1 and not geometry.periodic_y,
-                    j == ny - 1 and not geometry.periodic_y,
-                    geometry.dx[i],
-                    h / geometry.dy[j - 1],
-                    h / geometry.dy[j],
-                    work.carried_y,
-                    work.momentum,
-                    i,
-                    j,
-                )
+        carry_along(gas, limiter, grid, ahead[:, i], velocity[1, i], h, work, i)
     for i in range(nx):
-        for j in range(ny):
-            work.drive_x[i, j] = 0.5 * (work.momentum[0, i, j] + work.momentum[0, i - 1, j])
-            work.drive_y[i, j] = 0.5 * (work.momentum[1, i, j] + work.momentum[1, i, j - 1])
+        mean_row(work.momentum[0, i - 1], work.momentum[0, i], work.drive_x[i])
+        along, drive = work.momentum[1, i], work.drive_y[i]
+        for j in range(ONE, np.uint64(ny)):
+            drive[j] = 0.5 * (along[j] + along[j - ONE])
+        drive[0] = 0.5 * (along[0] + along[ny - 1])
 
 
 @part
-def sweep(gas, limiter, ahead, speed, i0, i1, i2, i3, j0, j1, j2, j3, spacing, k, at_low, at_high, length,
-          share_low, share_high, carried, momentum, i, j):  # fmt: skip
-    """One face, between cells 1 and 2 of a line of four; k is the number of cell 2 along the line."""
-    centre = k + GHOSTS
-    n, u, v, p = 0.0, 0.0, 0.0, 0.0
-    if speed >= 0.0:  # from the lower side; where nothing moves, from both: mirror images have to stay so
-        weight = 1.0 if speed > 0.0 else 0.5
-        low, high = spacing[1, centre - 1], spacing[2, centre - 1]
-        n += weight * profile(limiter, ahead[0], i0, j0, i1, j1, i2, j2, low, high, at_low, False, 0.5)
-        u += weight * profile(limiter, ahead[1], i0, j0, i1, j1, i2, j2, low, high, at_low, False, 0.5)
-        v += weight * profile(limiter, ahead[2], i0, j0, i1, j1, i2, j2, low, high, at_low, False, 0.5)
-        p += weight * profile(limiter, ahead[3], i0, j0, i1, j1, i2, j2, low, high, at_low, False, 0.5)
-    if speed <= 0.0:
-        weight = 1.0 if speed < 0.0 else 0.5
-        low, high = spacing[1, centre], spacing[2, centre]
-        n += weight * profile(limiter, ahead[0], i1, j1, i2, j2, i3, j3, low, high, False, at_high, -0.5)
-        u += weight * profile(limiter, ahead[1], i1, j1, i2, j2, i3, j3, low, high, False, at_high, -0.5)
-        v += weight * profile(limiter, ahead[2], i1, j1, i2, j2, i3, j3, low, high, False, at_high, -0.5)
-        p += weight * profile(limiter, ahead[3], i1, j1, i2, j2, i3, j3, low, high, False, at_high, -0.5)
-    density = 0.5 * (ahead[0, i1, j1] + ahead[0, i2, j2])
-    enthalpy = p / gas.compressibility(n) + p + 0.5 * n * (u * u + v * v)
-    carried[FLOW, i, j] = length * n / density
-    carried[ENERGY, i, j] = length * enthalpy / density
-    flow = n * speed
-    momentum[0, i1, j1] -= share_low * flow * u
-    momentum[0, i2, j2] += share_high * flow * u
-    momentum[1, i1, j1] -= share_low * flow * v
-    momentum[1, i2, j2] += share_high * flow * v
-
-
-@inline
-def profile(limiter, field, i0, j0, i1, j1, i2, j2, low, high, at_low, at_high, place):
-    """Limited linear profile of cell 1 at `place` widths from its centre; zero slope beside a wall."""
-    here = field[i1, j1]
-    below = 0.0 if at_low else (here - field[i0, j0]) * low
-    above = 0.0 if at_high else (field[i2, j2] - here) * high
-    return here + place * limiter.limited(below, above)
-
-
-@inline
-def pushed(drive, low, high, inverse, h, slow):
-    """Momentum of a face after pressure and friction have acted."""
-    return slow * (drive - h * (high - low) * inverse)
+def carry_along(gas, limiter, grid, row, velocity, h, work, i):
+    """The faces in y of one row of cells; `row`: (4, ny)."""
+    geometry, lines, spacing = grid.heat, work.lines, grid.spacing_y
+    ny = row.shape[1]
+    upstream_row(velocity, lines[WEIGHT])
+    for q in range(4):
+        padded = lines[PADDED]
+        for j in range(np.uint64(ny)):
+            padded[j + TWO] = row[q, j]
+        for ghost in range(GHOSTS):
+            padded[1 - ghost] = row[q, ny - 1 - ghost] if geometry.periodic_y else row[q, 0]
+            padded[ny + GHOSTS + ghost] = row[q, ghost] if geometry.periodic_y else row[q, ny - 1]
+        profile_line(limiter, padded, spacing[1], spacing[2], lines[WEIGHT], lines[PROFILES + q])
+        if q == 0:
+            for j in range(np.uint64(ny + 1)):
+                lines[DENSITY_LOW, j], lines[DENSITY_HIGH, j] = padded[j + ONE], padded[j + TWO]
+    carry_row(
+        gas, lines[DENSITY_LOW], lines[DENSITY_HIGH], velocity, lines, work.carried_y[FLOW, i], work.carried_y[ENERGY, i]
+    )
+    if not geometry.periodic_y:
+        work.carried_y[FLOW, i, 0], work.carried_y[ENERGY, i, 0] = 0.0, 0.0
+    for j in range(ny):
+        work.carried_y[FLOW, i, j] *= geometry.dx[i]
+        work.carried_y[ENERGY, i, j] *= geometry.dx[i]
+    for q in range(2):
+        stream, momentum = lines[STREAMS + q], work.momentum[q, i]
+        stream[0] = stream[0] if geometry.periodic_y else 0.0
+        stream[ny] = stream[0]
+        for j in range(np.uint64(ny)):
+            momentum[j] -= h / geometry.dy[j] * (stream[j + ONE] - stream[j])
 
 
 @part
-def density_and_conductivity(gas, P, T, work):
-    """Closures of all cells for the unknowns."""
+def upstream_row(velocity, weight):
+    """The share of the lower side in what the faces sweep: both sides where nothing moves, so that mirror images stay."""
+    for j in range(np.uint64(velocity.size)):
+        weight[j] = 1.0 if velocity[j] > 0.0 else (0.5 if velocity[j] == 0.0 else 0.0)
+
+
+@part
+def profile_row(limiter, f0, f1, f2, f3, low1, high1, low2, high2, weight, out):
+    """Limited profiles at the faces between rows 1 and 2."""
+    for j in range(np.uint64(f0.size)):
+        step = f2[j] - f1[j]
+        below = f1[j] + 0.5 * limiter.limited((f1[j] - f0[j]) * low1, step * high1)
+        above = f2[j] - 0.5 * limiter.limited(step * low2, (f3[j] - f2[j]) * high2)
+        out[j] = weight[j] * below + (1.0 - weight[j]) * above
+
+
+@part
+def profile_line(limiter, padded, low, high, weight, out):
+    """Limited profiles at the faces below the cells of a padded line, (ny + 4,)."""
+    for j in range(np.uint64(padded.size - 4)):
+        a, b = padded[j + ONE], padded[j + TWO]
+        step = b - a
+        below = a + 0.5 * limiter.limited((a - padded[j]) * low[j + ONE], step * high[j + ONE])
+        above = b - 0.5 * limiter.limited(step * low[j + TWO], (padded[j + TWO + ONE] - b) * high[j + TWO])
+        out[j] = weight[j] * below + (1.0 - weight[j]) * above
+
+
+@part
+def carry_row(gas, density_low, density_high, velocity, lines, flow, energy):
+    """What a unit of momentum at the faces carries along per length, and the momentum streaming through them."""
+    n_row, u_row, v_row, p_row = lines[PROFILES], lines[PROFILES + 1], lines[PROFILES + 2], lines[PROFILES + 3]
+    stream_x, stream_y = lines[STREAMS], lines[STREAMS + 1]
+    for j in range(np.uint64(velocity.size)):
+        n, u, v, p = n_row[j], u_row[j], v_row[j], p_row[j]
+        over = 2.0 / (density_low[j] + density_high[j])
+        flow[j] = n * over
+        energy[j] = (p / gas.compressibility(n) + p + 0.5 * n * (u * u + v * v)) * over
+        stream_x[j], stream_y[j] = n * velocity[j] * u, n * velocity[j] * v
+
+
+@part
+def add_row(target, values, factor):
+    """target += factor values."""
+    for j in range(np.uint64(target.size)):
+        target[j] += factor * values[j]
+
+
+@part
+def mean_row(a, b, out):
+    """out = (a + b)/2."""
+    for j in range(np.uint64(a.size)):
+        out[j] = 0.5 * (a[j] + b[j])
+
+
+@part
+def closures(gas, P, T, work):
+    """Density, conductivity and cooling of all cells for the unknowns."""
     for i in range(P.shape[0]):
-        for j in range(P.shape[1]):
-            n = gas.density(P[i, j], T[i, j])
-            work.density[i, j] = n
-            work.kappa[i, j] = gas.conductivity(n, T[i, j])
+        closures_row(gas, P[i], T[i], work.density[i], work.kappa[i], work.cooling[i])
 
 
 @part
-def heat_wall(gas, wall, geometry, T, work):
-    """Heat flux from the driving wall."""
+def closures_row(gas, P, T, density, kappa, cooling):
+    """One row of cells."""
+    for j in range(np.uint64(P.size)):
+        n = gas.density(P[j], T[j])
+        root = np.sqrt(T[j])
+        density[j] = n
+        kappa[j] = gas.conductivity_coefficient(n) * root
+        cooling[j] = gas.cooling_coefficient(n) * T[j] * root
+
+
+@part
+def heat_wall(gas, wall, geometry, density, T, work):
+    """Heat flux from the driving wall, from the last row of cells."""
     if geometry.periodic_x:
         return
-    last = T.shape[0] - 1
-    for j in range(T.shape[1]):
-        here = T[last, j]
-        guess = work.wall_temperature[j] if work.wall_temperature[j] > 0.0 else here
-        work.wall_flux[j], work.wall_temperature[j] = wall.face(
-            gas, work.density[last, j], here, 0.5 * geometry.dx[last], guess
-        )
+    for j in range(T.size):
+        guess = work.wall_temperature[j] if work.wall_temperature[j] > 0.0 else T[j]
+        half_width = 0.5 * geometry.dx[-1]
+        work.wall_flux[j], work.wall_temperature[j] = wall.face(gas, density[j], T[j], half_width, guess)
 
 
 @part
-def outflow(geometry, P, T, h, slow, work, i, j):
-    """(mass, energy) flowing out of a cell and heat flowing in, per time, the driving wall's included."""
-    nx, ny = P.shape
-    k, m = (i + 1) % nx, (j + 1) % ny
-    low, left = i - 1, j - 1
-    into_x = pushed(work.drive_x[i, j], P[low, j], P[i, j], geometry.inverse_x[i], h, slow)
-    from_x = pushed(work.drive_x[k, j], P[i, j], P[k, j], geometry.inverse_x[i + 1], h, slow)
-    into_y = pushed(work.drive_y[i, j], P[i, left], P[i, j], geometry.inverse_y[j], h, slow)
-    from_y = pushed(work.drive_y[i, m], P[i, j], P[i, m], geometry.inverse_y[j + 1], h, slow)
-    carried_x, carried_y, kappa = work.carried_x, work.carried_y, work.kappa
-    mass_x = carried_x[FLOW, k, j] * from_x - carried_x[FLOW, i, j] * into_x
-    mass_y = carried_y[FLOW, i, m] * from_y - carried_y[FLOW, i, j] * into_y
-    energy_x = carried_x[ENERGY, k, j] * from_x - carried_x[ENERGY, i, j] * into_x
-    energy_y = carried_y[ENERGY, i, m] * from_y - carried_y[ENERGY, i, j] * into_y
-    below = 0.5 * geometry.inverse_x[i] * (kappa[low, j] + kappa[i, j]) * (T[i, j] - T[low, j])
-    above = 0.5 * geometry.inverse_x[i + 1] * (kappa[i, j] + kappa[k, j]) * (T[k, j] - T[i, j])
-    if not geometry.periodic_x:
-        below = 0.0 if i == 0 else below
-        above = work.wall_flux[j] if i == nx - 1 else above
-    before = 0.5 * geometry.inverse_y[j] * (kappa[i, left] + kappa[i, j]) * (T[i, j] - T[i, left])
-    behind = 0.5 * geometry.inverse_y[j + 1] * (kappa[i, j] + kappa[i, m]) * (T[i, m] - T[i, j])
-    if not geometry.periodic_y:
-        before = 0.0 if j == 0 else before
-        behind = 0.0 if j == ny - 1 else behind
-    heat = geometry.dy[j] * (above - below) + geometry.dx[i] * (behind - before)
-    return mass_x + mass_y, energy_x + energy_y, heat
+def face_row(P, P_high, T, T_high, kappa, kappa_high, drive, flow, energy, inverse, length, h, slow, lines, side):
+    """Momentum, mass, energy and heat through the faces in x between two rows, into lines `side` and following."""
+    push, mass, carried, heat = lines[side], lines[side + 1], lines[side + 2], lines[side + 3]
+    for j in range(np.uint64(P.size)):
+        momentum = slow * (drive[j] - h * (P_high[j] - P[j]) * inverse)
+        push[j] = momentum
+        mass[j] = flow[j] * momentum
+        carried[j] = energy[j] * momentum
+        heat[j] = 0.5 * inverse * length[j] * (kappa[j] + kappa_high[j]) * (T_high[j] - T[j])
 
 
 @part
-def pushed_cell(geometry, P, h, slow, work, i, j):
-    """Momentum of a cell after the pressures on its faces and friction have acted."""
+def face_line(geometry, P, T, kappa, drive, flow, energy, width, h, slow, lines):
+    """The same for the faces in y of a row of cells; entry j is the face below cell j, the last one that above."""
+    push, mass, carried, heat = lines[ALONG], lines[ALONG + 1], lines[ALONG + 2], lines[ALONG + 3]
+    inverse = geometry.inverse_y
+    for j in range(ONE, np.uint64(P.size)):
+        momentum = slow * (drive[j] - h * (P[j] - P[j - ONE]) * inverse[j])
+        push[j] = momentum
+        mass[j] = flow[j] * momentum
+        carried[j] = energy[j] * momentum
+        heat[j] = 0.5 * inverse[j] * width * (kappa[j - ONE] + kappa[j]) * (T[j] - T[j - ONE])
+    last = P.size - 1
+    push[0], mass[0], carried[0], heat[0] = 0.0, 0.0, 0.0, 0.0
+    if geometry.periodic_y:
+        push[0] = slow * (drive[0] - h * (P[0] - P[last]) * inverse[0])
+        mass[0], carried[0] = flow[0] * push[0], energy[0] * push[0]
+        heat[0] = 0.5 * inverse[0] * width * (kappa[last] + kappa[0]) * (T[0] - T[last])
+    push[last + 1], mass[last + 1], carried[last + 1], heat[last + 1] = push[0], mass[0], carried[0], heat[0]
+
+
+@part
+def fluxes(grid, P, T, h, slow, work, i):
+    """What crosses the faces of row i; rows have to be taken in order. Returns the places of the lower and upper lines."""
+    geometry, lines = grid.heat, work.lines
+    nx = P.shape[0]
+    low, high = (EVEN, ODD) if i % 2 == 0 else (ODD, EVEN)
+    if i == 0:
+        before = nx - 1 if geometry.periodic_x else 0
+        face_row(P[before], P[0], T[before], T[0], work.kappa[before], work.kappa[0], work.drive_x[0],
+                 work.carried_x[FLOW, 0], work.carried_x[ENERGY, 0], geometry.inverse_x[0], geometry.dy, h, slow,
+                 lines, low)  # fmt: skip
+    k = i + 1 if i < nx - 1 else 0
+    after = k if i < nx - 1 or geometry.periodic_x else i
+    face_row(P[i], P[after], T[i], T[after], work.kappa[i], work.kappa[after], work.drive_x[k],
+             work.carried_x[FLOW, k], work.carried_x[ENERGY, k], geometry.inverse_x[i + 1], geometry.dy, h, slow,
+             lines, high)  # fmt: skip
+    if i == nx - 1 and not geometry.periodic_x:
+        heat = lines[high + 3]
+        for j in range(np.uint64(P.shape[1])):
+            heat[j] = work.wall_flux[j] * geometry.dy[j]
+    face_line(geometry, P[i], T[i], work.kappa[i], work.drive_y[i], work.carried_y[FLOW, i], work.carried_y[ENERGY, i],
+              geometry.dx[i], h, slow, lines)  # fmt: skip
+    return low, high
+
+
+@part
+def push_cells(geometry, P, h, slow, work, i):
+    """Momentum of row i after the pressures on the faces of its cells and friction have acted, into two lines."""
     nx, ny = P.shape
-    here = P[i, j]
-    low = here if i == 0 and not geometry.periodic_x else 0.5 * (P[i - 1, j] + here)
-    high = here if i == nx - 1 and not geometry.periodic_x else 0.5 * (P[(i + 1) % nx, j] + here)
-    left = here if j == 0 and not geometry.periodic_y else 0.5 * (P[i, j - 1] + here)
-    right = here if j == ny - 1 and not geometry.periodic_y else 0.5 * (P[i, (j + 1) % ny] + here)
-    in_x = slow * (work.momentum[0, i, j] - h * (high - low) / geometry.dx[i])
-    in_y = slow * (work.momentum[1, i, j] - h * (right - left) / geometry.dy[j])
-    return in_x, in_y
+    behind = i - 1 if i > 0 or geometry.periodic_x else 0
+    ahead = (i + 1) % nx if i < nx - 1 or geometry.periodic_x else i
+    push_row(P[behind], P[ahead], work.momentum[0, i], 0.5 * h / geometry.dx[i], slow, work.lines[PUSHED])
+    row, momentum, out = P[i], work.momentum[1, i], work.lines[PUSHED + 1]
+    for j in range(ONE, np.uint64(ny - 1)):
+        out[j] = slow * (momentum[j] - 0.5 * h / geometry.dy[j] * (row[j + ONE] - row[j - ONE]))
+    before = row[ny - 1] if geometry.periodic_y else row[0]
+    after = row[0] if geometry.periodic_y else row[ny - 1]
+    out[0] = slow * (momentum[0] - 0.5 * h / geometry.dy[0] * (row[1] - before))
+    out[ny - 1] = slow * (momentum[ny - 1] - 0.5 * h / geometry.dy[ny - 1] * (after - row[ny - 2]))
+
+
+@part
+def push_row(behind, ahead, momentum, share, slow, out):
+    """Momentum in x of one row."""
+    for j in range(np.uint64(out.size - 4)):
+        out[j] = slow * (momentum[j] - share * (ahead[j] - behind[j]))
 
 
 @kernel
 def balance(gas, wall, grid, P, T, h, friction, work, right):
     """What is missing in the balances of mass and energy of every cell, into `right` (2, nx, ny)."""
     geometry, slow = grid.heat, 1.0 / (1.0 + h * friction)
-    density_and_conductivity(gas, P, T, work)
-    heat_wall(gas, wall, geometry, T, work)
+    closures(gas, P, T, work)
+    heat_wall(gas, wall, geometry, work.density[-1], T[-1], work)
     for i in range(P.shape[0]):
-        for j in range(P.shape[1]):
-            area, n, here = geometry.dx[i] * geometry.dy[j], work.density[i, j], T[i, j]
-            mass, energy, heat = outflow(geometry, P, T, h, slow, work, i, j)
-            in_x, in_y = pushed_cell(geometry, P, h, slow, work, i, j)
-            kinetic = 0.5 * (in_x * in_x + in_y * in_y) / n
-            lost = gas.cooling(n, here) + 2.0 * friction * kinetic
-            right[0, i, j] = area * (work.base[N, i, j] - n) - h * mass
-            stored = n * here + kinetic - work.base[E, i, j]
-            right[1, i, j] = h * (heat - energy) - area * (stored + h * lost)
+        low, high = fluxes(grid, P, T, h, slow, work, i)
+        push_cells(geometry, P, h, slow, work, i)
+        balance_row(
+            work.density[i], work.cooling[i], T[i], work.base[N, i], work.base[E, i], geometry.dx[i], geometry.dy, h,
+            friction, work.lines, low, high, right[0, i], right[1, i],
+        )  # fmt: skip
+
+
+@part
+def balance_row(density, cooling, T, base_n, base_e, width, dy, h, friction, lines, low, high, right_n, right_e):
+    """One row of cells."""
+    mass_l, energy_l, heat_l = lines[low + 1], lines[low + 2], lines[low + 3]
+    mass_h, energy_h, heat_h = lines[high + 1], lines[high + 2], lines[high + 3]
+    mass_y, energy_y, heat_y = lines[ALONG + 1], lines[ALONG + 2], lines[ALONG + 3]
+    push_x, push_y = lines[PUSHED], lines[PUSHED + 1]
+    for j in range(np.uint64(T.size)):
+        area = width * dy[j]
+        mass = (mass_h[j] - mass_l[j]) + (mass_y[j + ONE] - mass_y[j])
+        energy = (energy_h[j] - energy_l[j]) + (energy_y[j + ONE] - energy_y[j])
+        heat = (heat_h[j] - heat_l[j]) + (heat_y[j + ONE] - heat_y[j])
+        n = density[j]
+        kinetic = 0.5 * (push_x[j] * push_x[j] + push_y[j] * push_y[j]) / n
+        right_n[j] = area * (base_n[j] - n) - h * mass
+        stored = n * T[j] + kinetic - base_e[j]
+        right_e[j] = h * (heat - energy) - area * (stored + h * (cooling[j] + 2.0 * friction * kinetic))
 
 
 @kernel
@@ -526,30 +607,59 @@ def finish(gas, wall, grid, P, T, h, friction, work, state, velocity):
     Returns powers: given by the wall, lost in collisions, lost by friction.
     """
     geometry, slow = grid.heat, 1.0 / (1.0 + h * friction)
-    density_and_conductivity(gas, P, T, work)
-    heat_wall(gas, wall, geometry, T, work)
-    totals = np.zeros(3)
+    closures(gas, P, T, work)
+    heat_wall(gas, wall, geometry, work.density[-1], T[-1], work)
+    totals, lines = np.zeros(3), work.lines
     for i in range(P.shape[0]):
-        for j in range(P.shape[1]):
-            area = geometry.dx[i] * geometry.dy[j]
-            mass, energy, heat = outflow(geometry, P, T, h, slow, work, i, j)
-            in_x, in_y = pushed_cell(geometry, P, h, slow, work, i, j)
-            cooled = gas.cooling(work.density[i, j], T[i, j])
-            rubbed = friction * (in_x * in_x + in_y * in_y) / work.density[i, j]
-            state[N, i, j] = work.base[N, i, j] - h * mass / area
-            state[MX, i, j], state[MY, i, j] = in_x, in_y
-            state[E, i, j] = work.base[E, i, j] + h * ((heat - energy) / area - cooled - rubbed)
-            totals[LOST] += area * cooled
-            totals[RUBBED] += area * rubbed
-            n, low, left = work.ahead[0, i, j], work.ahead[0, i - 1, j], work.ahead[0, i, j - 1]
-            along_x = pushed(work.drive_x[i, j], P[i - 1, j], P[i, j], geometry.inverse_x[i], h, slow)
-            along_y = pushed(work.drive_y[i, j], P[i, j - 1], P[i, j], geometry.inverse_y[j], h, slow)
-            velocity[0, i, j] = 2.0 * along_x / (n + low) if i > 0 or geometry.periodic_x else 0.0
-            velocity[1, i, j] = 2.0 * along_y / (n + left) if j > 0 or geometry.periodic_y else 0.0
+        low, high = fluxes(grid, P, T, h, slow, work, i)
+        push_cells(geometry, P, h, slow, work, i)
+        lost, rubbed = finish_row(
+            work.density[i], work.cooling[i], work.base[N, i], work.base[E, i], geometry.dx[i], geometry.dy, h, friction,
+            lines, low, high, state[N, i], state[MX, i], state[MY, i], state[E, i],
+        )  # fmt: skip
+        totals[LOST] += lost
+        totals[RUBBED] += rubbed
+        speed_row(lines[low], work.ahead[0, i - 1], work.ahead[0, i], velocity[0, i])
+        along, n, out = lines[ALONG], work.ahead[0, i], velocity[1, i]
+        for j in range(ONE, np.uint64(n.size)):
+            out[j] = 2.0 * along[j] / (n[j] + n[j - ONE])
+        out[0] = 2.0 * along[0] / (n[0] + n[-1])
     if not geometry.periodic_x:
+        velocity[0, 0] = 0.0
         for j in range(P.shape[1]):
             totals[HEAT_IN] += work.wall_flux[j] * geometry.dy[j]
     return totals
+
+
+@part
+def finish_row(
+    density, cooling, base_n, base_e, width, dy, h, friction, lines, low, high, new_n, new_x, new_y, new_e
+):  # fmt: skip
+    """One row of cells; returns the powers lost in collisions and by friction."""
+    mass_l, energy_l, heat_l = lines[low + 1], lines[low + 2], lines[low + 3]
+    mass_h, energy_h, heat_h = lines[high + 1], lines[high + 2], lines[high + 3]
+    mass_y, energy_y, heat_y = lines[ALONG + 1], lines[ALONG + 2], lines[ALONG + 3]
+    push_x, push_y = lines[PUSHED], lines[PUSHED + 1]
+    all_lost, all_rubbed = 0.0, 0.0
+    for j in range(np.uint64(density.size)):
+        area = width * dy[j]
+        mass = (mass_h[j] - mass_l[j]) + (mass_y[j + ONE] - mass_y[j])
+        energy = (energy_h[j] - energy_l[j]) + (energy_y[j + ONE] - energy_y[j])
+        heat = (heat_h[j] - heat_l[j]) + (heat_y[j + ONE] - heat_y[j])
+        rubbed = friction * (push_x[j] * push_x[j] + push_y[j] * push_y[j]) / density[j]
+        new_n[j] = base_n[j] - h * mass / area
+        new_x[j], new_y[j] = push_x[j], push_y[j]
+        new_e[j] = base_e[j] + h * ((heat - energy) / area - cooling[j] - rubbed)
+        all_lost += area * cooling[j]
+        all_rubbed += area * rubbed
+    return all_lost, all_rubbed
+
+
+@part
+def speed_row(momentum, density_low, density_high, out):
+    """Velocities of faces from their momentum."""
+    for j in range(np.uint64(out.size)):
+        out[j] = 2.0 * momentum[j] / (density_low[j] + density_high[j])
 
 
 @kernel

@@ -187,29 +187,57 @@ def dense(level: Level) -> np.ndarray:
 @kernel
 def build(local, faces_x, faces_y, stencil):
     """Stencils from local terms (4, nx, ny) and couplings (COUPLINGS, nx, ny)."""
-    nx, ny = local.shape[1:]
+    nx = local.shape[1]
     for i in range(nx):
-        ahead = (i + 1) % nx
-        for j in range(ny):
-            above = (j + 1) % ny
-            d11 = local[0, i, j]
-            d21, d22 = local[2, i, j], local[3, i, j]
-            for low, high, k, m, p, q in (
-                (faces_x, faces_x, ahead, j, XL_P, XH_P),
-                (faces_y, faces_y, i, above, YL_P, YH_P),
-            ):
-                d11 += low[MASS, i, j] + high[MASS, k, m]
-                d21 += low[ENERGY_P, i, j] + low[DRIFT_PB, i, j] + high[ENERGY_P, k, m] - high[DRIFT_PA, k, m]
-                d22 += low[ENERGY_T, i, j] + low[DRIFT_TB, i, j] + high[ENERGY_T, k, m] - high[DRIFT_TA, k, m]
-                stencil[p, i, j] = low[DRIFT_PA, i, j] - low[ENERGY_P, i, j]
-                stencil[p + 1, i, j] = low[DRIFT_TA, i, j] - low[ENERGY_T, i, j]
-                stencil[q, i, j] = -high[DRIFT_PB, k, m] - high[ENERGY_P, k, m]
-                stencil[q + 1, i, j] = -high[DRIFT_TB, k, m] - high[ENERGY_T, k, m]
-            d12 = local[1, i, j]
-            over = 1.0 / (d11 * d22 - d12 * d21)
-            stencil[D11, i, j], stencil[D12, i, j], stencil[D21, i, j], stencil[D22, i, j] = d11, d12, d21, d22
-            stencil[V11, i, j], stencil[V12, i, j] = d22 * over, -d12 * over
-            stencil[V21, i, j], stencil[V22, i, j] = -d21 * over, d11 * over
+        for q in range(4):
+            stencil[D11 + q, i] = local[q, i]
+        couple_row(faces_x, i, (i + 1) % nx, stencil)
+        couple_line(faces_y, i, stencil)
+        invert_row(stencil, i)
+
+
+@part
+def couple_row(faces, i, k, stencil):
+    """Couplings in x of row i; row k is the next."""
+    d11, d21, d22 = stencil[D11, i], stencil[D21, i], stencil[D22, i]
+    below_p, below_t, above_p, above_t = stencil[XL_P, i], stencil[XL_T, i], stencil[XH_P, i], stencil[XH_T, i]
+    mass_l, p_l, t_l = faces[MASS, i], faces[ENERGY_P, i], faces[ENERGY_T, i]
+    mass_h, p_h, t_h = faces[MASS, k], faces[ENERGY_P, k], faces[ENERGY_T, k]
+    pa_l, pb_l, ta_l, tb_l = faces[DRIFT_PA, i], faces[DRIFT_PB, i], faces[DRIFT_TA, i], faces[DRIFT_TB, i]
+    pa_h, pb_h, ta_h, tb_h = faces[DRIFT_PA, k], faces[DRIFT_PB, k], faces[DRIFT_TA, k], faces[DRIFT_TB, k]
+    for j in range(np.uint64(d11.size)):
+        d11[j] += mass_l[j] + mass_h[j]
+        d21[j] += (p_l[j] + pb_l[j]) + (p_h[j] - pa_h[j])
+        d22[j] += (t_l[j] + tb_l[j]) + (t_h[j] - ta_h[j])
+        below_p[j], below_t[j] = pa_l[j] - p_l[j], ta_l[j] - t_l[j]
+        above_p[j], above_t[j] = -pb_h[j] - p_h[j], -tb_h[j] - t_h[j]
+
+
+@part
+def couple_line(faces, i, stencil):
+    """Couplings in y of row i."""
+    d11, d21, d22 = stencil[D11, i], stencil[D21, i], stencil[D22, i]
+    below_p, below_t, above_p, above_t = stencil[YL_P, i], stencil[YL_T, i], stencil[YH_P, i], stencil[YH_T, i]
+    mass, p, t = faces[MASS, i], faces[ENERGY_P, i], faces[ENERGY_T, i]
+    pa, pb, ta, tb = faces[DRIFT_PA, i], faces[DRIFT_PB, i], faces[DRIFT_TA, i], faces[DRIFT_TB, i]
+    last = np.uint64(d11.size) - ONE
+    for j in range(last + ONE):
+        k = j + ONE if j < last else j - last
+        d11[j] += mass[j] + mass[k]
+        d21[j] += (p[j] + pb[j]) + (p[k] - pa[k])
+        d22[j] += (t[j] + tb[j]) + (t[k] - ta[k])
+        below_p[j], below_t[j] = pa[j] - p[j], ta[j] - t[j]
+        above_p[j], above_t[j] = -pb[k] - p[k], -tb[k] - t[k]
+
+
+@part
+def invert_row(stencil, i):
+    """Inverses of the blocks of row i."""
+    d11, d12, d21, d22 = stencil[D11, i], stencil[D12, i], stencil[D21, i], stencil[D22, i]
+    v11, v12, v21, v22 = stencil[V11, i], stencil[V12, i], stencil[V21, i], stencil[V22, i]
+    for j in range(np.uint64(d11.size)):
+        over = np.float32(1.0) / (d11[j] * d22[j] - d12[j] * d21[j])
+        v11[j], v12[j], v21[j], v22[j] = d22[j] * over, -d12[j] * over, -d21[j] * over, d11[j] * over
 
 
 @kernel
