@@ -39,7 +39,8 @@ TOLERANCE = 3e-4  # when a deck gives none
 LONGER, SHORTER = 1.5, 0.3  # limits of a change of the step
 SAFETY = 0.9
 REJECTED = 2.0  # times the tolerance
-SOLVED = 1e-9  # largest relative change of pressure and temperature in the last iteration
+SOLVED = 1e-9  # largest relative error of pressure and temperature, estimated from the last two iterations
+SLOWEST = 0.99  # contraction of the iteration that this estimate reckons with
 ITERATIONS = 40
 FIRST_STEP = 0.1  # of the time in which sound crosses a cell
 
@@ -168,7 +169,7 @@ class LagrangeRemap:
         P, T = self._unknowns
         P[:] = work.ahead[3]
         T[:] = self.gas.temperature(work.ahead[0], P)
-        change = math.inf
+        before, change = 0.0, 0.0
         for iteration in range(ITERATIONS):
             balance(self.gas, self.wall, self._grid, P, T, h, friction, work, finest.right)
             if iteration == 0:
@@ -176,9 +177,10 @@ class LagrangeRemap:
                 self._couple_wall(P[-1], T[-1], h, finest)
                 self._hierarchy.prepare()
             self._hierarchy.cycle()
-            change = correct(finest.unknowns, P, T)
+            before, change = change, correct(finest.unknowns, P, T)
             self.iterations += 1
-            if change < SOLVED:
+            rate = min(change / before, SLOWEST) if before > 0.0 else SLOWEST
+            if change * rate / (1.0 - rate) < SOLVED:
                 return
         raise StepRejected(f"the implicit stage does not converge: last change {change:.2g}")
 
