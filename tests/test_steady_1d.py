@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 
 from hydro.cli import main
 from hydro.deck import dumps, parse
-from hydro.deck.model import AreaFractions
+from hydro.deck.stability import AreaFractions
 from hydro.errors import DeckError, RunFailed, Stopped
 from hydro.gas import Grossman, HardDisks
 from hydro.runs import stability
