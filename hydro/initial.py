@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from hydro.deck import model
+from hydro.deck import EvolutionDeck
+from hydro.deck.initial import CosinePattern, ModesPattern, NoisePattern
 from hydro.errors import Complaint, DeckError
 from hydro.mesh import Mesh
 from hydro.registry import Registry
@@ -16,11 +17,11 @@ from hydro.runs.checkpoint import read_checkpoint
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State, inadmissible, worst_cell
 
-INITIAL_STATES: Registry[Callable[[model.EvolutionDeck, Any, Mesh], State]] = Registry("initial state")
+INITIAL_STATES: Registry[Callable[[EvolutionDeck, Any, Mesh], State]] = Registry("initial state")
 PATTERNS: Registry[Callable[[Any, Mesh], np.ndarray]] = Registry("pattern")
 
 
-def initial_state(deck: model.EvolutionDeck) -> State:
+def initial_state(deck: EvolutionDeck) -> State:
     """The state that the deck starts from; DeckError where n or T would leave its bounds."""
     state = INITIAL_STATES[deck.initial.kind](deck, gas_of(deck), mesh_of(deck))
     if inadmissible(state).any():
@@ -35,33 +36,33 @@ def cosine_averages(mesh: Mesh, wave: int) -> np.ndarray:
 
 
 @PATTERNS.register("cosine")
-def cosine(pattern: model.CosinePattern, mesh: Mesh) -> np.ndarray:
+def cosine(pattern: CosinePattern, mesh: Mesh) -> np.ndarray:
     """amplitude cos(pi wave y/aspect_ratio), shape (nx, ny)."""
     return np.broadcast_to(pattern.amplitude * cosine_averages(mesh, pattern.wave), mesh.cells)
 
 
 @PATTERNS.register("modes")
-def modes(pattern: model.ModesPattern, mesh: Mesh) -> np.ndarray:
+def modes(pattern: ModesPattern, mesh: Mesh) -> np.ndarray:
     """Sum of cosines, shape (nx, ny)."""
     terms = (a * cosine_averages(mesh, wave) for a, wave in zip(pattern.amplitudes, pattern.waves, strict=True))
     return np.broadcast_to(sum(terms), mesh.cells)
 
 
 @PATTERNS.register("noise")
-def noise(pattern: model.NoisePattern, mesh: Mesh) -> np.ndarray:
+def noise(pattern: NoisePattern, mesh: Mesh) -> np.ndarray:
     """Independent noise in every cell, without its mean, shape (nx, ny)."""
     field = np.random.default_rng(pattern.seed).uniform(-pattern.amplitude, pattern.amplitude, mesh.cells)
     return field - mesh.integral(field) / mesh.aspect_ratio
 
 
-def patterned(deck: model.EvolutionDeck, gas, mesh: Mesh) -> State:
+def patterned(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
     """Mean density f times (1 + pattern), uniform temperature, at rest."""
     initial: Any = deck.initial
     factor = 1.0 + PATTERNS[initial.kind](initial, mesh)
     return State.of(gas, mesh, area_fraction(deck) * factor, initial.temperature)
 
 
-def area_fraction(deck: model.EvolutionDeck) -> float:
+def area_fraction(deck: EvolutionDeck) -> float:
     """gas.f, which the deck has checked to be there for the states that need it."""
     assert deck.gas.f is not None
     return deck.gas.f
@@ -72,7 +73,7 @@ for _name in ("cosine", "modes", "noise"):
 
 
 @INITIAL_STATES.register("uniform")
-def uniform(deck: model.EvolutionDeck, gas, mesh: Mesh) -> State:
+def uniform(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
     """Uniform density, temperature and velocity."""
     initial: Any = deck.initial
     return State.of(gas, mesh, area_fraction(deck), initial.temperature, initial.velocity)
@@ -84,7 +85,7 @@ def along(axis: str, values: np.ndarray) -> np.ndarray:
 
 
 @INITIAL_STATES.register("profile")
-def profile(deck: model.EvolutionDeck, gas, mesh: Mesh) -> State:
+def profile(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
     """Piecewise linear profiles, taken at cell centres."""
     initial: Any = deck.initial
     centres = mesh.x if initial.axis == "x" else mesh.y
@@ -100,7 +101,7 @@ def profile(deck: model.EvolutionDeck, gas, mesh: Mesh) -> State:
 
 
 @INITIAL_STATES.register("riemann")
-def riemann(deck: model.EvolutionDeck, gas, mesh: Mesh) -> State:
+def riemann(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
     """Two uniform states; the cell that the jump crosses gets the average of their conserved quantities."""
     initial: Any = deck.initial
     faces = mesh.x_faces if initial.axis == "x" else mesh.y_faces
@@ -116,7 +117,7 @@ def _conserved_along(gas, mesh: Mesh, axis: str, primitive) -> np.ndarray:
 
 
 @INITIAL_STATES.register("checkpoint")
-def from_checkpoint(deck: model.EvolutionDeck, gas, mesh: Mesh) -> State:
+def from_checkpoint(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
     """The state of a checkpoint, put on this mesh, with a perturbation if one is asked for."""
     initial: Any = deck.initial
     saved = read_checkpoint(Path(initial.path))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydro.deck import EvolutionDeck
-from hydro.deck.model import Thermal, Vibrating
+from hydro.deck.sections import Thermal, Vibrating
 from hydro.initial import initial_state
 from hydro.state import State
 

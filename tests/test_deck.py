@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydro.deck import KINDS, dumps, load, parse, validate
-from hydro.deck.model import INITIALS, PATTERNS, WALLS, CheckpointInitial, CosineInitial, Elastic, Thermal, Vibrating
+from hydro.deck.initial import INITIALS, PATTERNS, CheckpointInitial, CosineInitial
 from hydro.deck.reference import reference
+from hydro.deck.sections import WALLS, Elastic, Thermal, Vibrating
 from hydro.errors import DeckError
 
 MINIMAL = """

@@ -12,7 +12,8 @@ import numba
 import numpy as np
 import pytest
 
-from hydro.deck import model, parse
+from hydro import deck
+from hydro.deck import evolution, initial, parse, sections, steady
 from hydro.dynamics import INTEGRATORS, Exchange, Godunov, StepRejected
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.reduce import store_largest
@@ -31,6 +32,8 @@ from hydro.runs.observables import gas_density, wall_extremes
 from hydro.runs.trackers import AtTimes
 from hydro.scales import largest_step
 from hydro.state import State
+from hydro.steady.continuation import PARAMETERS
+from hydro.steady.localized import SEARCHES
 from hydro.steady.marginal import WALL_CONDITIONS
 from hydro.walls import WALLS, ThermalWall, VibratingWall
 
@@ -38,15 +41,17 @@ from hydro.walls import WALLS, ThermalWall, VibratingWall
 @pytest.mark.parametrize(
     ("in_decks", "registry"),
     [
-        (model.CLOSURES, CLOSURES),
-        (model.LIMITERS, LIMITERS),
-        (model.RIEMANN_SOLVERS, RIEMANN_SOLVERS),
-        (model.INTEGRATORS, INTEGRATORS),
-        (model.WALLS, WALLS),
-        (model.INITIALS, INITIAL_STATES),
-        (model.PATTERNS, PATTERNS),
-        (model.KINDS, KINDS),
-        (model.STABILITY_WALLS, WALL_CONDITIONS),
+        (sections.CLOSURES, CLOSURES),
+        (evolution.LIMITERS, LIMITERS),
+        (evolution.RIEMANN_SOLVERS, RIEMANN_SOLVERS),
+        (evolution.INTEGRATORS, INTEGRATORS),
+        (sections.WALLS, WALLS),
+        (initial.INITIALS, INITIAL_STATES),
+        (initial.PATTERNS, PATTERNS),
+        (deck.KINDS, KINDS),
+        (sections.DRIVING_WALLS, WALL_CONDITIONS),
+        (steady.SEARCHES, SEARCHES),
+        (steady.PARAMETERS, PARAMETERS),
     ],
 )
 def test_decks_name_exactly_what_is_registered(in_decks, registry):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 
-from hydro.deck import parse
+from hydro.deck import load, parse
 from hydro.deck.reference import reference
 
 ROOT = Path(__file__).parent.parent
@@ -24,10 +25,39 @@ def test_the_deck_is_valid():
     assert parse(deck).mesh.cells == (64, 128)
 
 
-def test_the_program_runs(capsys):
-    (program,) = blocks("python")
-    exec(compile(program.replace("< 10.0", "< 0.1"), "README.md", "exec"), {})
-    assert 0.02 < float(capsys.readouterr().out) < 0.03
+def printed_by(program: str, capsys) -> list[float]:
+    """The numbers that a program prints."""
+    exec(compile(program, "README.md", "exec"), {})
+    return [float(word) for word in capsys.readouterr().out.split()]
+
+
+def test_the_programs_run(capsys):
+    steady, evolution = blocks("python")
+    densest, rate = printed_by(steady, capsys)
+    assert densest == pytest.approx(0.679, abs=0.005) and rate == pytest.approx(1.09e-3, rel=0.01)
+    (densest,) = printed_by(evolution.replace("< 10.0", "< 0.1"), capsys)
+    assert 0.02 < densest < 0.03
+
+
+def test_the_commands_name_decks_and_their_keys():
+    """Every command line that runs or checks a deck, but for checkpoints that are not there yet."""
+    text = README.replace("\\\n", " ")
+    lines = re.findall(r"^    (?:.*&& )?\S*python -m hydro (.*)$", text, flags=re.MULTILINE)
+    assert len(lines) >= 5
+    for words in map(shlex.split, lines):
+        output = words.index("--output") if "--output" in words else len(words)
+        deck, *overrides = [word for word in words[:output] if word != "check"]
+        load(ROOT / deck, overrides)
+
+
+def test_the_pictures_are_there():
+    pictures = re.findall(r'<img src="([^"]+)"', README)
+    assert len(pictures) == 5 and all((ROOT / picture).stat().st_size > 0 for picture in pictures)
+
+
+def test_every_deck_is_in_the_table():
+    named = set(re.findall(r"`(?:problems/)?(\w+)\.toml`", README)) | {"fig3b", "fig3c"}
+    assert {deck.stem for deck in (ROOT / "problems").glob("*.toml")} <= named
 
 
 @pytest.mark.parametrize(

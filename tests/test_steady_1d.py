@@ -13,11 +13,12 @@ from scipy.linalg import eigh
 
 from hydro.cli import main
 from hydro.deck import dumps, parse
-from hydro.deck.model import AreaFractions
+from hydro.deck.stability import AreaFractions
 from hydro.errors import DeckError, RunFailed, Stopped
 from hydro.gas import Grossman, HardDisks
+from hydro.runs import stability
 from hydro.runs.countdown import counted
-from hydro.steady import marginal, stability
+from hydro.steady import marginal
 from hydro.steady.elements import reference_element
 from hydro.steady.extended import extended_state
 from hydro.steady.limits import dilute_aspect_ratio, dilute_end

@@ -1,7 +1,11 @@
 """Decks: what a user asks for, read from TOML, checked, and complained about all at once."""
 
+from hydro.deck.evolution import EvolutionDeck
+from hydro.deck.kinds import KINDS
 from hydro.deck.load import dumps, load, parse, validate
-from hydro.deck.model import KINDS, BranchDeck, Deck, EvolutionDeck, StabilityDeck, SteadyDeck
+from hydro.deck.sections import Deck
+from hydro.deck.stability import StabilityDeck
+from hydro.deck.steady import BranchDeck, SteadyDeck
 
 __all__ = [
     "KINDS",

@@ -12,7 +12,9 @@ from typing import Any, get_args
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from hydro.deck.model import KINDS, Deck, Section, item_of, kinds_of, list_or, meaning, section_of
+from hydro.deck.fields import Section, item_of, kinds_of, list_or, meaning, section_of
+from hydro.deck.kinds import KINDS
+from hydro.deck.sections import Deck
 from hydro.errors import Complaint, DeckError
 from hydro.registry import nearest
 

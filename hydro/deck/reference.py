@@ -7,12 +7,13 @@ from typing import Any, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen
 
-from hydro.deck.model import KINDS, Among, Section, item_of, kinds_of, list_or, meaning, section_of
+from hydro.deck.fields import Among, Section, item_of, kinds_of, list_or, meaning, section_of
+from hydro.deck.kinds import KINDS
 
 INTRODUCTION = """\
 # Decks
 
-Written by `python -m hydro.deck.reference` from the models in `hydro/deck/model.py`.
+Written by `python -m hydro.deck.reference` from the models in `hydro/deck`.
 
 A deck is a TOML file. Its `kind` says what it asks for; everything else stands in sections.
 Any key can be changed on the command line: `section.key=value`, for example `time.end=10 wall.kind=thermal`.

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hydro.deck import EvolutionDeck, dumps
-from hydro.deck.model import CheckpointInitial
+from hydro.deck.initial import CheckpointInitial
 from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator, StepRejected
 from hydro.errors import Complaint, DeckError, HydroError

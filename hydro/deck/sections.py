@@ -1,0 +1,125 @@
+"""Sections that several kinds of deck share: gas, box, mesh and wall.
+
+Scaled units: length L_x, density n_c, temperature T_*, hence velocity T_*^(1/2), time L_x/T_*^(1/2), pressure n_c T_*.
+A new wall is a model here and a line in its table.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from hydro.deck.fields import Among, Axes, Cells, Density, NonNegative, Number, Positive, Section, Tagged, Text
+
+# Names that decks use; the registry of closures holds exactly these.
+CLOSURES = ("grossman",)
+
+
+class About(Section):
+    """What the deck is and where it comes from; for people only."""
+
+    title: Text = Field(default="", description="title shown in reports")
+    reference: Text = Field(default="", description="paper, equation or figure that the deck belongs to")
+
+
+class Gas(Section):
+    """The granular gas: closure and dimensionless numbers."""
+
+    L: NonNegative = Field(
+        title="collisional_loss",
+        description="collisional loss, (32/(3 gamma)) (L_x/d)^2 (1-r^2); 0 for elastic grains",
+    )
+    f: Density | None = Field(
+        default=None,
+        title="area_fraction",
+        description="average area fraction n/n_c; required unless the initial state fixes the density",
+    )
+    K: NonNegative = Field(title="conduction", description="heat conduction, mu d/L_x; 0 for ideal flow")
+    tau: Positive = Field(
+        default=math.inf,
+        allow_inf_nan=True,
+        title="friction_time",
+        description="time in which rolling friction stops the flow, in L_x/T_*^(1/2); inf for none",
+    )
+    alpha: Positive = Field(default=1.15, description="weight of the mean free path in the heat conductivity")
+    gamma: Positive = Field(
+        default=2.26, description="weight of the mean free path in the collision rate; 1-r^2 follows from L by it"
+    )
+    mu: Positive = Field(
+        default=1.0,
+        description="splits K and L into d/L_x = K/mu and 1-r^2; of order unity: "
+        "dilute kinetic theory gives 2.41 from conduction, 1.42 from cooling",
+    )
+    closure: Annotated[Text, Among(CLOSURES)] = Field(
+        default="grossman", description="equation of state, mean free path, conductivity and cooling"
+    )
+
+
+class Box(Section):
+    """The box, 0 < x < 1 and 0 < y < aspect_ratio; its walls are elastic but for the one at x=1."""
+
+    aspect_ratio: Positive = Field(default=1.0, title="Delta", description="L_y/L_x")
+    periodic: Axes = Field(default=(), description="directions that are periodic instead of walled")
+
+
+class Mesh(Section):
+    """The cells."""
+
+    cells: tuple[Cells, Cells] = Field(description="number of cells along x and y")
+    stretch: Number = Field(
+        default=1.0,
+        ge=1,
+        le=1000,
+        description="ratio of the widest to the narrowest cell in x; cells are finest at x=0",
+    )
+
+
+class Wall(Tagged):
+    """The wall at x=1."""
+
+
+class Vibrating(Wall):
+    """Feeds the heat kappa dT/dx = K W n T^(1/2), with n and T at the wall."""
+
+    kind: Literal["vibrating"] = "vibrating"
+    W: NonNegative = Field(default=114.0, title="vibration", description="K W = (2/pi)^(1/2) A^2 omega^2 / T_*")
+
+
+class Thermal(Wall):
+    """Holds its temperature."""
+
+    kind: Literal["thermal"] = "thermal"
+    temperature: Positive = Field(default=1.0, description="temperature of the wall, in T_*")
+
+
+class Elastic(Wall):
+    """Lets no heat through; also the choice where x is periodic."""
+
+    kind: Literal["elastic"] = "elastic"
+
+
+WALLS: dict[str, type[Wall]] = {"vibrating": Vibrating, "thermal": Thermal, "elastic": Elastic}
+
+
+class ClosedBox(Section):
+    """The box, 0 < x < 1 and 0 < y < aspect_ratio; its walls are elastic but for the one at x=1."""
+
+    aspect_ratio: Positive = Field(default=1.0, title="Delta", description="L_y/L_x")
+
+
+class DrivingVibrating(Vibrating):
+    """Feeds the heat kappa dT/dx = K W n T^(1/2), with n and T at the wall. Steady densities do not depend on W."""
+
+    W: Positive = Field(default=114.0, title="vibration", description="K W = (2/pi)^(1/2) A^2 omega^2 / T_*")
+
+
+DRIVING_WALLS: dict[str, type[Wall]] = {"vibrating": DrivingVibrating, "thermal": Thermal}
+
+
+class Deck(Section):
+    """What all kinds of deck have in common."""
+
+    kind: str
+    about: About = About()

@@ -1,0 +1,92 @@
+"""`kind = "stability"`: marginal stability of extended states."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, Strict, ValidationInfo, field_validator
+
+from hydro.deck.fields import Among, Density, HalfWaves, ListOr, Positive, Section, Text, broken_rule, some_distinct
+from hydro.deck.sections import CLOSURES, DRIVING_WALLS, Deck
+
+
+class DensityGas(Section):
+    """The granular gas, as far as steady densities depend on it; L and f are those of the other sections."""
+
+    alpha: Positive = Field(default=1.15, description="weight of the mean free path in the heat conductivity")
+    closure: Annotated[Text, Among(CLOSURES)] = Field(
+        default="grossman", description="equation of state, mean free path, conductivity and cooling"
+    )
+
+
+class AreaFractions(Section):
+    """Area fractions from start to stop."""
+
+    start: Density = Field(description="the first")
+    stop: Density = Field(description="the last, greater than start")
+    count: Annotated[int, Strict(), Field(ge=2, le=100000)] = Field(description="how many, start and stop included")
+    spacing: Annotated[Text, Among(("linear", "log"))] = Field(
+        default="linear", description="equal differences or equal ratios"
+    )
+
+    @field_validator("stop")
+    @classmethod
+    def _check_stop(cls, stop: float, info: ValidationInfo) -> float:
+        start = info.data.get("start")
+        if start is not None and stop <= start:
+            raise broken_rule(f"must be greater than start, {start:g}")
+        return stop
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """All of them, increasing."""
+        shares = [k / (self.count - 1) for k in range(1, self.count - 1)]
+        if self.spacing == "log":
+            inner = [self.start * (self.stop / self.start) ** share for share in shares]
+        else:
+            inner = [self.start + (self.stop - self.start) * share for share in shares]
+        return (self.start, *inner, self.stop)
+
+
+class MarkedPoint(Section):
+    """A point to mark in the picture of a tongue."""
+
+    f: Density = Field(title="area_fraction", description="its area fraction")
+    aspect_ratio: Positive = Field(title="Delta", description="its aspect ratio L_y/L_x")
+    label: Text = Field(default="", description="what to write beside it")
+
+
+class Stability(Section):
+    """Extended states whose critical aspect ratios are wanted."""
+
+    L: Annotated[tuple[Positive, ...], AfterValidator(some_distinct)] = Field(
+        title="collisional_loss", description="collisional losses"
+    )
+    f: Annotated[tuple[Density, ...] | AreaFractions, ListOr(AreaFractions)] = Field(
+        title="area_fraction", description="area fractions: a list, or a section with start, stop and count"
+    )
+    walls: Annotated[tuple[Annotated[Text, Among(tuple(DRIVING_WALLS))], ...], AfterValidator(some_distinct)] = Field(
+        default=("vibrating",), description="kinds of the wall at x=1"
+    )
+    waves: Annotated[tuple[HalfWaves, ...], AfterValidator(some_distinct)] = Field(
+        default=(1,), description="numbers m of half-waves across the box in y"
+    )
+    points: tuple[MarkedPoint, ...] = Field(default=(), description="points to mark in the picture of a single L")
+
+    @field_validator("f")
+    @classmethod
+    def _check_f(cls, f: tuple[float, ...] | AreaFractions) -> tuple[float, ...] | AreaFractions:
+        return f if isinstance(f, AreaFractions) else some_distinct(f)
+
+    @property
+    def area_fractions(self) -> tuple[float, ...]:
+        """All area fractions."""
+        return self.f.values if isinstance(self.f, AreaFractions) else self.f
+
+
+class StabilityDeck(Deck):
+    """Critical aspect ratios of extended states, and the tongues in which they exist."""
+
+    kind: Literal["stability"] = "stability"
+    gas: DensityGas = DensityGas()
+    stability: Stability

@@ -1,0 +1,142 @@
+"""`kind = "steady"` and `kind = "branch"`: steady states in two dimensions, one by one or along a parameter."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict, ValidationInfo, field_validator
+
+from hydro.deck.fields import Among, Density, Flag, HalfWaves, Number, OneOf, Positive, Section, Text, Wave, broken_rule
+from hydro.deck.sections import DRIVING_WALLS, ClosedBox, Deck, DrivingVibrating, Gas, Mesh, Wall
+
+# Names that decks use; the registries of the same things elsewhere hold exactly these.
+PARAMETERS = ("f", "aspect_ratio", "L")
+SEARCHES = ("relaxation", "branch")
+
+
+class SteadyGas(Gas):
+    """The granular gas. Densities of steady states know only L and f; K and tau set the time scale of growth rates."""
+
+    L: Positive = Field(title="collisional_loss", description="collisional loss, (32/(3 gamma)) (L_x/d)^2 (1-r^2)")
+    f: Density = Field(title="area_fraction", description="average area fraction n/n_c")
+    K: Positive = Field(default=2e-3, title="conduction", description="heat conduction, mu d/L_x")
+    tau: Positive = Field(
+        default=200.0,
+        allow_inf_nan=True,
+        title="friction_time",
+        description="time in which rolling friction stops the flow, in L_x/T_*^(1/2); inf for none",
+    )
+
+
+class Steady(Section):
+    """Which steady state."""
+
+    wave: Wave = Field(
+        default=1, description="number of half-waves across the box in y; 0 is the extended state, 2 or more are chains"
+    )
+    shifted: Flag = Field(
+        default=False,
+        description="whether the first cluster is half a wave away from y=0, not in that corner: "
+        "for wave=2, one cluster in the middle instead of two in the corners",
+    )
+    search: Annotated[Text, Among(SEARCHES)] = Field(
+        default="relaxation",
+        description="how to find it: relaxation of a gas pushed to one side, which ends in a stable half-wave; "
+        "branch: the first state on the branch from the nearest bifurcation in f, unstable beyond a subcritical one",
+    )
+    modes: Annotated[int, Strict(), Field(ge=1, le=16)] = Field(
+        default=3, description="number of leading eigenmodes to keep in each symmetry sector"
+    )
+    mode_amplitude: Number = Field(
+        default=1e-3,
+        gt=0,
+        lt=0.5,
+        description="largest relative change of the density in the checkpoints of the state plus an eigenmode",
+    )
+
+
+class SteadyDeck(Deck):
+    """A steady state in two dimensions, on the finite volumes of the evolution, and its growth rates."""
+
+    kind: Literal["steady"] = "steady"
+    gas: SteadyGas
+    box: ClosedBox = ClosedBox()
+    mesh: Mesh
+    wall: Annotated[Wall, OneOf(DRIVING_WALLS)] = DrivingVibrating()
+    steady: Steady = Steady()
+
+    @field_validator("steady")
+    @classmethod
+    def _check_steady(cls, steady: Steady, info: ValidationInfo) -> Steady:
+        _divisible(info.data.get("mesh"), steady.wave, "steady.wave")
+        return steady
+
+
+class BranchGas(SteadyGas):
+    """The granular gas, but for the parameter that the branch is followed in."""
+
+    L: Positive | None = Field(  # type: ignore[assignment]
+        default=None, title="collisional_loss", description="collisional loss; required unless it is the parameter"
+    )
+    f: Density | None = Field(  # type: ignore[assignment]
+        default=None, title="area_fraction", description="average area fraction; required unless it is the parameter"
+    )
+
+
+class Branch(Section):
+    """Which branch: where it leaves the extended state, and how far to follow it."""
+
+    parameter: Annotated[Text, Among(PARAMETERS)] = Field(
+        default="f", description="what changes along the branch: area fraction, aspect ratio or L"
+    )
+    wave: HalfWaves = Field(default=1, description="number of half-waves across the box in y")
+    start: Positive = Field(description="one end of the range of the parameter")
+    stop: Positive = Field(description="the other end")
+    samples: Annotated[int, Strict(), Field(ge=2, le=10000)] = Field(
+        default=25, description="extended states computed in the range; bifurcations are looked for between them"
+    )
+    step: Number = Field(
+        default=0.1,
+        gt=0,
+        le=2,
+        description="longest step along the branch: root mean square of the change of log(1/n-1), "
+        "and ten times that of the logarithm of the parameter",
+    )
+    points: Annotated[int, Strict(), Field(ge=1, le=100000)] = Field(
+        default=400, description="largest number of points on one branch"
+    )
+
+
+class BranchDeck(Deck):
+    """Branches of localized states, from where they leave the extended state, through folds, to the end of a range."""
+
+    kind: Literal["branch"] = "branch"
+    gas: BranchGas = BranchGas()
+    box: ClosedBox = ClosedBox()
+    mesh: Mesh
+    wall: Annotated[Wall, OneOf(DRIVING_WALLS)] = DrivingVibrating()
+    branch: Branch
+
+    @field_validator("branch")
+    @classmethod
+    def _check_branch(cls, branch: Branch, info: ValidationInfo) -> Branch:
+        gas = info.data.get("gas")
+        if branch.start == branch.stop:
+            raise broken_rule("must differ from branch.start", "branch.stop", branch.stop)
+        if branch.parameter == "f":
+            for key in ("start", "stop"):
+                if getattr(branch, key) >= 1:
+                    raise broken_rule("must be less than 1", f"branch.{key}", getattr(branch, key))
+        for key in ("L", "f"):
+            if gas is not None and branch.parameter != key and getattr(gas, key) is None:
+                raise broken_rule(f"required, since the branch is followed in {branch.parameter}", f"gas.{key}")
+        _divisible(info.data.get("mesh"), branch.wave, "branch.wave")
+        return branch
+
+
+def _divisible(mesh: Mesh | None, wave: int, key: str) -> None:
+    if mesh is None or wave == 0:
+        return
+    if mesh.cells[1] % wave or mesh.cells[1] // wave < 4:
+        problem = f"mesh.cells[1] = {mesh.cells[1]} must be a multiple of it, four times or more"
+        raise broken_rule(problem, key, wave)
