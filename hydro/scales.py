@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,10 +13,10 @@ from hydro.deck.sections import Thermal, Vibrating
 from hydro.initial import initial_state
 from hydro.state import State
 
-# A guess for the run time, good to a factor of two or three on one core of a current processor.
-SECONDS_PER_CELL_STEP = 8e-8
-
-BYTES_PER_CELL = 176
+# Guesses for run times, good to a factor of two or three on one core of a current processor.
+SECONDS_PER_CELL_STEP = {"godunov": 8e-8, "lagrange-remap": 5e-7}
+BYTES_PER_CELL = {"godunov": 176, "lagrange-remap": 530}
+IMPLICIT_STEPS = 18.0  # over the root of the tolerance, in runs like that of Fig. 4
 PAPER_W = 114.0  # the strength of the vibrating wall that keeps it at about T_* in the states of Figs. 3 and 4
 
 NEARLY_ELASTIC = 0.1  # the paper wants 1 - r^2 << 1
@@ -83,18 +84,35 @@ def _time_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
 
 def _mesh_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     mesh = state.mesh
-    step = largest_step(deck, state)
-    hotter = max(1.0, driven_temperature(deck) / float(state.temperature.max()))
-    steps = deck.time.end / step * math.sqrt(hotter)
+    steps, meaning = STEPS[deck.time.integrator](deck, state)
+    cells, integrator = mesh.areas.size, deck.time.integrator
     return [
         Scale("narrowest cell in x", float(mesh.dx.min()), "at x = 0"),
         Scale("cell in y", float(mesh.dy.max()), ""),
         Scale("thermal length", thermal_length(state), f"over which conduction balances cooling at n = {DENSE}"),
-        Scale("time step", step, "at the start"),
-        Scale("steps", steps, "about, with the sound speed of the start or of the driving wall"),
-        Scale("memory", mesh.areas.size * BYTES_PER_CELL / 2**20, "MiB for state and work space"),
-        Scale("run time", steps * mesh.areas.size * SECONDS_PER_CELL_STEP, "seconds, a guess for one core"),
+        Scale("explicit time step", largest_step(deck, state), "at the start, by sound"),
+        Scale("steps", steps, meaning),
+        Scale("memory", cells * BYTES_PER_CELL[integrator] / 2**20, "MiB for state and work space"),
+        Scale("run time", steps * cells * SECONDS_PER_CELL_STEP[integrator], "seconds, a guess for one core"),
     ]
+
+
+def explicit_steps(deck: EvolutionDeck, state: State) -> tuple[float, str]:
+    """How many steps sound asks for."""
+    hotter = max(1.0, driven_temperature(deck) / float(state.temperature.max()))
+    steps = deck.time.end / largest_step(deck, state) * math.sqrt(hotter)
+    return steps, "about, with the sound speed of the start or of the driving wall"
+
+
+def implicit_steps(deck: EvolutionDeck, state: State) -> tuple[float, str]:
+    """How many steps the tolerance asks for."""
+    return IMPLICIT_STEPS / math.sqrt(deck.time.tolerance), "as in Fig. 4 at this tolerance"
+
+
+STEPS: dict[str, Callable[[EvolutionDeck, State], tuple[float, str]]] = {
+    "godunov": explicit_steps,
+    "lagrange-remap": implicit_steps,
+}
 
 
 def warnings(deck: EvolutionDeck, state: State) -> list[str]:

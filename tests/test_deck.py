@@ -115,7 +115,12 @@ def test_defaults():
         (CHECKPOINT % "{kind='noise', amplitude=2}", "initial.perturbation.amplitude", "less than 1", None),
         ("initial={kind='checkpoint', path=''}", "initial.path", "must be the name of a file", None),
         ("time={}", "time.end", "required: time at which the run ends", None),
-        ("time.integrator=godunof", "time.integrator", "'godunof' is not known; known: godunov", "godunov"),
+        (
+            "time.integrator=godunof",
+            "time.integrator",
+            "'godunof' is not known; known: godunov, lagrange-remap",
+            "godunov",
+        ),
         ("time.cfl=1.1", "time.cfl", "must be at most 1", None),
         ("scheme.limiter=van-leer", "scheme.limiter", "known: minmod, van_leer, mc", "van_leer"),
         ("scheme.riemann=hlc", "scheme.riemann", "known: hllc, hllc_lm", "hllc"),
@@ -172,7 +177,7 @@ def test_message_reads_well():
     assert str(caught.value).splitlines() == [
         "my.toml: 2 errors",
         "  gas.f: 1.5 is not allowed; must be less than 1",
-        "  time.integrator: 'godunof' is not known; known: godunov (did you mean 'godunov'?)",
+        "  time.integrator: 'godunof' is not known; known: godunov, lagrange-remap (did you mean 'godunov'?)",
     ]
 
 

@@ -50,6 +50,14 @@ def test_history_has_a_row_for_each_interval(run_deck):
     assert all(np.isfinite(float(value)) for row in rows for value in row.values())
 
 
+@pytest.mark.parametrize("integrator", ["godunov", "lagrange-remap"])
+def test_elastic_grains_lose_nothing(run_deck, integrator):
+    folder, code = run_deck("cooling", "mesh.cells=[8,8]", "gas.L=0", f"time.integrator={integrator}", "time.end=0.1")
+    assert code == 0
+    ledger = summary_of(folder)["energy_ledger"]
+    assert ledger["collisions"] == 0.0 and abs(ledger["change"]) < 1e-14
+
+
 def test_a_folder_with_a_run_is_kept_unless_told(run_deck, capsys):
     folder, _ = run_deck("cooling", "mesh.cells=[8,8]", "time.end=0.1")
     before = (folder / "summary.json").read_text()

@@ -11,7 +11,7 @@ from hydro.deck.initial import INITIALS, Initial, Pattern
 from hydro.deck.sections import WALLS, Box, Deck, Elastic, Gas, Mesh, Vibrating, Wall
 
 # Names that decks use; the registries of the same things elsewhere hold exactly these.
-INTEGRATORS = ("godunov",)
+INTEGRATORS = ("godunov", "lagrange-remap")
 LIMITERS = ("minmod", "van_leer", "mc")
 RIEMANN_SOLVERS = ("hllc", "hllc_lm")
 
@@ -22,12 +22,21 @@ class Time(Section):
     """How far and how to step in time."""
 
     end: Positive = Field(description="time at which the run ends, in L_x/T_*^(1/2)")
-    integrator: Annotated[Text, Among(INTEGRATORS)] = Field(default="godunov", description="time integrator")
-    cfl: Number = Field(
-        default=0.8, gt=0, le=1, description="step, as a fraction of the time in which sound crosses half a cell"
+    integrator: Annotated[Text, Among(INTEGRATORS)] = Field(
+        default="godunov",
+        description="time integrator: godunov (explicit: sound and shocks) or lagrange-remap (implicit: slow flow)",
     )
-    tolerance: Positive | None = Field(
-        default=None, description="error tolerance of integrators that control their error; godunov does not"
+    cfl: Number = Field(
+        default=0.8,
+        gt=0,
+        le=1,
+        description="step: for godunov as a fraction of the time in which sound crosses half a cell, "
+        "for lagrange-remap the largest share of a cell that the gas may cross",
+    )
+    tolerance: Positive = Field(
+        default=3e-4,
+        description="of lagrange-remap: root mean square change in a step, relative, that the last two states do not "
+        "foresee; godunov does not use it",
     )
     dt_max: Positive | None = Field(
         default=None, description="upper bound of the step, in L_x/T_*^(1/2); none when not given"

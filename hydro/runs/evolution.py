@@ -7,6 +7,7 @@ import math
 import resource
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -83,12 +84,21 @@ def refuse_own_checkpoint(deck: EvolutionDeck, folder: RunFolder) -> None:
         raise DeckError([Complaint("initial.path", problem)], "output folder")
 
 
+# What integrators take from a deck beside gas, wall, mesh and friction.
+OPTIONS: dict[str, Callable[[EvolutionDeck], dict[str, Any]]] = {
+    "godunov": lambda deck: {"cfl": deck.time.cfl, "limiter": deck.scheme.limiter, "riemann": deck.scheme.riemann},
+    "lagrange-remap": lambda deck: {
+        "cfl": deck.time.cfl,
+        "limiter": deck.scheme.limiter,
+        "tolerance": deck.time.tolerance,
+    },
+}
+
+
 def integrator_of(deck: EvolutionDeck, state: State) -> Integrator:
     """The deck's integrator, ready for `state`."""
-    return INTEGRATORS[deck.time.integrator](
-        state.gas, wall_of(deck), state.mesh, tau=deck.gas.tau, cfl=deck.time.cfl,
-        limiter=deck.scheme.limiter, riemann=deck.scheme.riemann,
-    )  # fmt: skip
+    name = deck.time.integrator
+    return INTEGRATORS[name](state.gas, wall_of(deck), state.mesh, tau=deck.gas.tau, **OPTIONS[name](deck))
 
 
 def warm_up(integrator: Integrator, state: State) -> float:
