@@ -39,6 +39,7 @@ EXTENDED = "extended"
 SAME = 1e-3  # relative distance in the parameter within which a branch has come back at a known bifurcation
 
 
+@np.errstate(all="ignore")  # what is not a number ends as a failed search
 def solve(deck: BranchDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
     """Follow the deck's branches and write its folder; returns the summary.
 

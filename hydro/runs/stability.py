@@ -7,6 +7,8 @@ import time
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from hydro.deck import StabilityDeck, dumps
 from hydro.errors import HydroError
 from hydro.gas import CLOSURES, Closure
@@ -26,6 +28,7 @@ def gas_of(deck: StabilityDeck, L: float) -> Closure:
     return CLOSURES[deck.gas.closure](L=L, K=1.0, alpha=deck.gas.alpha)
 
 
+@np.errstate(all="ignore")  # what is not a number ends as a failed search
 def solve(deck: StabilityDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
     """All rows and tongues of the deck, with its picture, in its folder; returns the summary.
 
