@@ -64,8 +64,8 @@ def evolve(integrator: Integrator, state: State, times: tuple[float, ...]) -> tu
 def order_in_time(full: bool) -> Findings:
     """Differences between fixed steps dt, dt/2, dt/4, dt/8: a simple wave, and the start of Fig. 4 with all terms on.
 
-    Simple wave on 64 cells, to a quarter of its breaking time, steps from a fifth of a cell's sound crossing time; Fig. 4
-    on 16 x 32 cells from t = 0.2, when the wall's first heat has spread, to 2.2, steps from 0.04.
+    Simple wave on 64 cells, to a quarter of its breaking time, steps from a fifth of a cell's sound crossing time;
+    Fig. 4 on 16 x 32 cells from t = 0.2, when the wall's first heat has spread, to 2.2, steps from 0.04.
     """
     wave, fig4 = wave_differences(), fig4_differences()
     rows: list[Row] = [("simple wave", *wave), ("Fig. 4", *fig4)]
@@ -166,8 +166,8 @@ def fig4(full: bool) -> Findings:
 
 @measurement(TOPIC, "Fig. 4 by both integrators")
 def both(full: bool) -> Findings:
-    """Wall densities of Fig. 4 at t = 100 (and 500 in the full book), by `lagrange-remap` at a tolerance of 1e-4, and by
-    `godunov`: the difference has to shrink with the grid.
+    """Wall densities of Fig. 4 at t = 100 (and 500 in the full book), by `lagrange-remap` at a tolerance of 1e-4, and
+    by `godunov`: the difference has to shrink with the grid.
     """
     grids, times = ((16, 32, 48), (100.0, 500.0)) if full else ((12, 24), (100.0,))
     rows: list[Row] = []
@@ -197,9 +197,8 @@ def explicit(cells: int) -> Integrator:
 def ends(full: bool) -> Findings:
     """From symmetric starts, aspect ratios 1, 2 and 3: density at the end against the steady state on the same mesh.
 
-    Starts of Fig. 4's kind with as many half-waves as the aspect ratio, at t = 4000. The two-cluster and the three-cluster
-    states are unstable to exchange of mass, but their starts are mirror images to the last bit, or have only the
-    perturbation that a chain has.
+    Starts of Fig. 4's kind with as many half-waves as the aspect ratio, at t = 4000. States of two and three clusters
+    are unstable to exchange of mass, but their starts are chains of mirror images, to round-off.
     """
     claims = []
     for wave in (1, 2, 3) if full else (1, 2):
