@@ -12,8 +12,8 @@ import numpy as np
 from hydro.deck import StabilityDeck, dumps
 from hydro.errors import HydroError
 from hydro.gas import CLOSURES, Closure
-from hydro.runs.countdown import counted
 from hydro.runs.folder import RunFolder
+from hydro.runs.progress import counted
 from hydro.runs.trackers import StopOnSignal
 from hydro.steady.extended import extended_state
 from hydro.steady.marginal import critical_aspect_ratio, tongue
