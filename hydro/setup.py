@@ -12,8 +12,8 @@ from hydro.walls import WALLS
 
 def gas_of(deck: Any) -> Closure:
     """The closure named by the deck, with its constants. A branch in L gets its L later."""
-    loss = math.nan if deck.gas.L is None else deck.gas.L
-    return CLOSURES[deck.gas.closure](L=loss, K=deck.gas.K, alpha=deck.gas.alpha)
+    L = math.nan if deck.gas.L is None else deck.gas.L
+    return CLOSURES[deck.gas.closure](L=L, K=deck.gas.K, alpha=deck.gas.alpha)
 
 
 def mesh_of(deck: Any) -> Mesh:
