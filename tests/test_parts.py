@@ -29,8 +29,8 @@ from hydro.runs.evolution import integrator_of
 from hydro.runs.ledger import CompensatedSum
 from hydro.runs.march import Run, choose_step, march
 from hydro.runs.observables import gas_density, wall_extremes
+from hydro.runs.scales import largest_step
 from hydro.runs.trackers import AtTimes
-from hydro.scales import largest_step
 from hydro.state import State
 from hydro.steady.continuation import PARAMETERS
 from hydro.steady.localized import SEARCHES
@@ -92,7 +92,7 @@ from hydro.dynamics import Godunov
 from hydro.gas import Grossman
 from hydro.jit import compiled_methods
 from hydro.mesh import Mesh
-from hydro.scales import largest_step
+from hydro.runs.scales import largest_step
 from hydro.state import State
 
 @compiled_methods

@@ -20,7 +20,8 @@ from hydro.errors import HydroError, RunFailed
 from hydro.runs.checkpoint import Checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.observables import snapshot, wall_profile
-from hydro.runs.trackers import StopOnSignal, Tally
+from hydro.runs.progress import Tally
+from hydro.runs.trackers import StopOnSignal
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.steady.balance import Balance
 from hydro.steady.continuation import (
