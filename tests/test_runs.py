@@ -42,8 +42,17 @@ def test_a_run_leaves_a_complete_folder(run_deck):
     assert load(folder / "deck.toml") == load(PROBLEMS / "fig4.toml", [*SMALL, "output.checkpoint_every=0.7"])
 
 
+def test_history_has_a_row_for_each_interval(run_deck):
+    folder, _ = run_deck("fig4", *SMALL, "output.history_every=0.5")
+    with (folder / "history.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 7 and float(rows[-1]["time"]) == 3.0
+    assert all(np.isfinite(float(value)) for row in rows for value in row.values())
+
+
 @pytest.mark.parametrize("integrator", ["godunov", "lagrange-remap"])
 def test_elastic_grains_lose_nothing(run_deck, integrator):
+    """L = 0 is a number like any other, not one that is missing."""
     folder, code = run_deck("cooling", "mesh.cells=[8,8]", "gas.L=0", f"time.integrator={integrator}", "time.end=0.1")
     assert code == 0
     ledger = summary_of(folder)["energy_ledger"]
