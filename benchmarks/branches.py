@@ -23,13 +23,16 @@ DECK = Path(__file__).parent.parent / "problems" / "branches.toml"
 RUNS = {
     "half-wave, $\\Delta=1$": ("box.aspect_ratio=1", "branch.start=0.012", "branch.stop=0.034", "branch.step=0.1"),
     "half-wave, $\\Delta=2$": (),
-    "full wave, $\\Delta=2$": ("branch.wave=2", "mesh.cells=[64,128]", "branch.start=0.012", "branch.stop=0.034"),
+    "full wave, $\\Delta=2$": (
+        "branch.wave=2", "mesh.cells=[64,128]", "branch.start=0.012", "branch.stop=0.034", "branch.step=0.1",
+    ),
     "half-wave, $\\Delta=3$": ("box.aspect_ratio=3", "mesh.cells=[64,96]", "branch.start=0.0075", "branch.stop=0.09"),
     "half-wave, $f=0.0235$": (
         "gas.f=0.0235", "branch.parameter=aspect_ratio", "branch.start=0.55", "branch.stop=1.2", "branch.step=0.1",
     ),
     "half-wave, $f=0.0235$, $\\Delta=1$": (
         "gas.f=0.0235", "box.aspect_ratio=1", "branch.parameter=L", "branch.start=2e4", "branch.stop=1e5",
+        "branch.step=0.1",
     ),
 }  # fmt: skip
 

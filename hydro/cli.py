@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from hydro.errors import HydroError, RunFailed, Stopped
@@ -16,8 +18,8 @@ python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--ov
 
 EPILOG = """\
 A run writes output/<deck name>/ unless --output names another folder: the resolved deck, summary.json,
-history.csv, checkpoints and pictures. Exit codes: 0 done; 2 bad deck or arguments; 3 the run failed, its last
-good state is saved; 4 stopped by a signal, its state is saved; 5 a claim of the verification book fails."""
+checkpoints, pictures, tables. Exit codes: 0 done; 2 bad deck or arguments; 3 it failed, what was good is saved;
+4 stopped by a signal, what was finished is saved; 5 a claim of the verification book fails."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -25,7 +27,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     command = COMMANDS[words.pop(0)] if words and words[0] in COMMANDS else run
     try:
-        return command(words)
+        with interruptible():
+            return command(words)
     except HydroError as error:
         print(f"hydro: {error}", file=sys.stderr)
         return error.exit_code
@@ -33,8 +36,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"hydro: {error or 'not enough memory'}", file=sys.stderr)
         return RunFailed.exit_code
     except KeyboardInterrupt:
-        print("hydro: interrupted before the first step or after the last", file=sys.stderr)
+        print("hydro: stopped by a signal before the first result or after the last", file=sys.stderr)
         return Stopped.exit_code
+
+
+@contextlib.contextmanager
+def interruptible() -> Iterator[None]:
+    """Within it SIGTERM interrupts as Ctrl-C does, until a run takes care of both."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def run(words: list[str]) -> int:
@@ -96,5 +109,7 @@ def _parser(description: str, epilog: str | None) -> argparse.ArgumentParser:
         "python -m hydro", USAGE, description, epilog, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("deck", type=Path, metavar="DECK.toml", help="problem deck")
-    parser.add_argument("overrides", nargs="*", metavar="section.key=value", help="keys to override in the deck")
+    parser.add_argument(
+        "overrides", nargs="*", default=[], metavar="section.key=value", help="keys to override in the deck"
+    )
     return parser

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from hydro.registry import Registry
 from hydro.runs import branch, evolution, stability, steady
-from hydro.scales import report
+from hydro.runs.scales import report
 
 
 class Kind(NamedTuple):

@@ -14,7 +14,7 @@ import pytest
 
 from hydro import deck
 from hydro.deck import evolution, initial, parse, sections, steady
-from hydro.dynamics import INTEGRATORS, Exchange, Godunov, StepRejected
+from hydro.dynamics import INTEGRATORS, Exchange, Godunov, LagrangeRemap, StepRejected, multigrid
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
@@ -29,8 +29,8 @@ from hydro.runs.evolution import integrator_of
 from hydro.runs.ledger import CompensatedSum
 from hydro.runs.march import Run, choose_step, march
 from hydro.runs.observables import gas_density, wall_extremes
+from hydro.runs.scales import largest_step
 from hydro.runs.trackers import AtTimes
-from hydro.scales import largest_step
 from hydro.state import State
 from hydro.steady.continuation import PARAMETERS
 from hydro.steady.localized import SEARCHES
@@ -92,7 +92,7 @@ from hydro.dynamics import Godunov
 from hydro.gas import Grossman
 from hydro.jit import compiled_methods
 from hydro.mesh import Mesh
-from hydro.scales import largest_step
+from hydro.runs.scales import largest_step
 from hydro.state import State
 
 @compiled_methods
@@ -355,3 +355,58 @@ def test_the_vibrating_wall_balances_heat_also_against_cold_dense_gas(n, T, W):
     assert wall >= T and face <= n
     assert flux == pytest.approx(gas.K * W * face * np.sqrt(wall), rel=1e-12, abs=1e-300)
     assert conducted == pytest.approx(flux, rel=1e-7, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", list(INTEGRATORS))
+def test_an_integrator_that_remembers_goes_on_with_the_same_bits(name):
+    gas, wall, mesh = Grossman(L=5e4, K=2e-3), VibratingWall(114.0), Mesh.rectangle((8, 16), 2.0)
+    state = State.of(gas, mesh, 0.0235 * (1.0 + 0.1 * np.cos(np.pi * mesh.y)), 1.0)
+    first, second = (INTEGRATORS[name](gas, wall, mesh, tau=200.0) for _ in range(2))
+    for _ in range(5):
+        first.step(state, first.largest_step(state))
+    copy = state.copy()
+    second.remember(first.memory())
+    for integrator, each in ((first, state), (second, copy)):
+        for _ in range(5):
+            integrator.step(each, integrator.largest_step(each))
+    np.testing.assert_array_equal(state.conserved, copy.conserved)
+
+
+def test_the_implicit_integrator_rejects_a_change_beyond_its_tolerance():
+    gas, wall, mesh = Grossman(L=5e4, K=2e-3), VibratingWall(114.0), Mesh.rectangle((8, 16), 2.0)
+    state = State.of(gas, mesh, 0.0235 * (1.0 + 0.1 * np.cos(np.pi * mesh.y)), 1.0)
+    integrator = LagrangeRemap(gas, wall, mesh, tau=200.0)
+    integrator.step(state, 1e-3)
+    before, memory = state.copy(), integrator.memory()
+    with pytest.raises(StepRejected, match="the change not foreseen is"):
+        integrator.step(state, 0.5)
+    np.testing.assert_array_equal(state.conserved, before.conserved)
+    for key, values in integrator.memory().items():
+        if key not in ("velocity", "wall_temperature"):  # set anew at the start of each step, and a first guess
+            np.testing.assert_array_equal(values, memory[key])
+    with pytest.raises(ValueError, match="two or more"):
+        LagrangeRemap(gas, wall, Mesh.rectangle((8, 1)))
+
+
+@pytest.mark.parametrize("stretch", [1.0, 5.0])
+@pytest.mark.parametrize("periodic", [(False, False), (False, True), (True, True)])
+def test_multigrid_solves_the_equations_of_the_implicit_step(stretch, periodic):
+    """Cycles under exact residuals end in the solution that a sparse solver finds."""
+    rng = np.random.default_rng(5)
+    hierarchy = multigrid.Hierarchy(Mesh.rectangle((12, 10), 1.3, stretch, periodic))
+    finest = hierarchy.levels[0]
+    finest.local[:] = rng.uniform(0.1, 0.2, finest.local.shape) * np.array([1.0, -0.3, 0.3, 1.0])[:, None, None]
+    for axis, faces in enumerate((finest.faces_x, finest.faces_y)):
+        faces[:3] = rng.uniform(0.5, 1.0, faces[:3].shape)
+        faces[3:] = 0.05 * rng.standard_normal(faces[3:].shape)
+        if not periodic[axis]:
+            faces[(slice(None), 0) if axis == 0 else (slice(None), slice(None), 0)] = 0.0
+    hierarchy.prepare()
+    matrix = multigrid.dense(finest)
+    wanted = rng.standard_normal(finest.right.size)
+    right, found = matrix @ wanted, np.zeros(finest.right.size)
+    for _ in range(25):
+        finest.right[:] = (right - matrix @ found).reshape(finest.right.shape)
+        hierarchy.cycle()
+        found += finest.unknowns[:, :, 1:-1].reshape(-1)
+    assert found == pytest.approx(wanted, rel=1e-5, abs=1e-5)

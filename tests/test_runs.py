@@ -42,6 +42,12 @@ def test_a_run_leaves_a_complete_folder(run_deck):
     assert load(folder / "deck.toml") == load(PROBLEMS / "fig4.toml", [*SMALL, "output.checkpoint_every=0.7"])
 
 
+def test_elastic_grains_lose_nothing(run_deck):
+    """L = 0 is a number like any other, not one that is missing."""
+    folder, code = run_deck("fig4", *SMALL, "gas.L=0")
+    assert code == 0 and summary_of(folder)["energy_ledger"]["collisions"] == 0.0
+
+
 def test_history_has_a_row_for_each_interval(run_deck):
     folder, _ = run_deck("fig4", *SMALL, "output.history_every=0.5")
     with (folder / "history.csv").open() as file:
@@ -158,6 +164,48 @@ def test_a_signal_stops_a_run_between_steps(tmp_path):
     assert read_checkpoint(sorted(folder.glob("checkpoints/*.h5"))[-1]).time == summary["time"]
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("deck", ["branches", "fig1"])
+def test_a_signal_keeps_the_points_of_a_branch_and_the_rows_of_a_curve(deck, number, tmp_path):
+    folder = tmp_path / "run"
+    words = [sys.executable, "-m", "hydro", str(PROBLEMS / f"{deck}.toml"), "--output", str(folder), "--quiet"]
+    process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 120.0
+    begun = folder / ("points.csv" if deck == "branches" else "deck.toml")
+    while not begun.exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    time.sleep(1.0)
+    process.send_signal(number)
+    message = process.communicate(timeout=60)[1]
+    assert process.returncode == 4 and number.name in message and "Traceback" not in message
+    summary = summary_of(folder)
+    assert summary["completed"] is False and len(summary["points" if deck == "branches" else "rows"]) > 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_before_there_is_anything_to_save(number, tmp_path):
+    code = f"import os, hydro.cli as c; c.COMMANDS['check'] = lambda words: os.kill(os.getpid(), {int(number)})"
+    words = [sys.executable, "-c", f"{code}; raise SystemExit(c.main(['check']))"]
+    ended = subprocess.run(words, capture_output=True, text=True)
+    assert ended.returncode == 4 and "stopped by a signal" in ended.stderr and "Traceback" not in ended.stderr
+
+
+@pytest.mark.parametrize("deck", ["fig2", "fig3a", "branches", "fig4"])
+def test_a_folder_that_cannot_be_written_is_refused_at_once(deck, tmp_path, monkeypatch, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert main([str(PROBLEMS / f"{deck}.toml"), "--output", str(tmp_path / "file" / "run")]) == 2
+    assert "is no folder to write into" in capsys.readouterr().err
+    monkeypatch.setattr("os.access", lambda *_: False)
+    assert main([str(PROBLEMS / f"{deck}.toml"), "--output", str(tmp_path / "run")]) == 2
+
+
+def test_without_a_deck_only_the_deck_is_asked_for(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([])
+    message = capsys.readouterr().err
+    assert ended.value.code == 2 and "required: DECK.toml" in message and "DECK.toml, section" not in message
+
+
 def test_help_is_quick_and_imports_nothing_heavy():
     code = "import sys, hydro.cli as c\ntry: c.main(['--help'])\nexcept SystemExit: pass\nprint(sorted(sys.modules))"
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
@@ -167,15 +215,16 @@ def test_help_is_quick_and_imports_nothing_heavy():
 
 @pytest.fixture
 def checkpoint(run_deck):
-    folder, _ = run_deck("fig4", *SMALL)
+    folder, _ = run_deck("fig4", *SMALL, "time.integrator=godunov")
     return sorted(folder.glob("checkpoints/*.h5"))[-1]
 
 
 def test_going_on_from_a_checkpoint_gives_the_state_of_one_run(run_deck, checkpoint):
     """Split in two, the run takes the same steps; only the first guess for the wall's temperature is new."""
     source = ("initial.kind=checkpoint", f"initial.path={checkpoint}")
-    rest, _ = run_deck("fig4", *SMALL[:1], *source, "time.end=1.0", "output.times=[1.0]", folder="rest")
-    whole, _ = run_deck("fig4", *SMALL[:1], "time.end=4.0", "output.times=[1.0,3.0,4.0]", folder="whole")
+    common = (*SMALL[:1], "time.integrator=godunov")
+    rest, _ = run_deck("fig4", *common, *source, "time.end=1.0", "output.times=[1.0]", folder="rest")
+    whole, _ = run_deck("fig4", *common, "time.end=4.0", "output.times=[1.0,3.0,4.0]", folder="whole")
     ends = [read_checkpoint(sorted(folder.glob("checkpoints/*.h5"))[-1]).conserved for folder in (rest, whole)]
     np.testing.assert_allclose(*ends, rtol=1e-10, atol=1e-14)
 

@@ -8,11 +8,13 @@ import math
 import numpy as np
 import pytest
 from conftest import summary_of
+from scipy.sparse.linalg import ArpackNoConvergence
 
 from hydro.cli import main
 from hydro.errors import RunFailed
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
+from hydro.pictures.branches import stretches
 from hydro.runs.checkpoint import read_checkpoint
 from hydro.steady.balance import Balance
 from hydro.steady.continuation import ExtendedBranch, Family, between, follow
@@ -207,6 +209,36 @@ def test_a_state_that_is_not_there_is_a_failure_with_reasons():
         steady_state(GAS, VibratingWall(114.0), Mesh.rectangle((16, 16)), 0.005, 1, search="branch")
 
 
+def test_a_system_that_cannot_be_solved_is_a_failure_without_traceback():
+    from scipy import sparse
+
+    with pytest.raises(RunFailed, match="a system of linear equations cannot be solved"):
+        Bordered(sparse.csc_array(np.zeros((2, 2))), np.ones((2, 1)), np.ones((1, 2)), np.zeros((1, 1)))
+
+
+def test_growth_rates_that_are_not_found_are_a_failure(monkeypatch):
+    def fails(*arguments, **more):
+        raise ArpackNoConvergence("no convergence", np.array([]), np.array([]))
+
+    monkeypatch.setattr("hydro.steady.spectrum.eigs", fails)
+    state = steady_state(GAS, VibratingWall(114.0), Mesh.rectangle((8, 8)), 0.0235, 0).state
+    with pytest.raises(RunFailed, match=r"no growth rates found, symmetric perturbations: .*no convergence"):
+        Linearization(state, VibratingWall(114.0), 200.0, even(state.mesh)).leading()
+
+
+def test_a_branch_that_is_lost_does_not_end_the_search(monkeypatch):
+    """Nor does one that ends before its first point; all of that is told."""
+
+    def lost(family, start, limits, longest):
+        yield from ()
+        if start.value > 0.02:
+            raise RunFailed("lost, for this test")
+
+    monkeypatch.setattr("hydro.steady.continuation.follow", lost)
+    with pytest.raises(RunFailed, match=r"nearby: 0\.01\S*, 0\.02\S*\n  from 0\.02\S*: lost, for this test$"):
+        steady_state(GAS, VibratingWall(114.0), Mesh.rectangle((16, 16)), 0.021, 1, search="branch")
+
+
 # Decks
 
 
@@ -293,6 +325,37 @@ def test_without_a_bifurcation_the_extended_states_are_kept(run_text):
     assert "5 points are saved" in error
     summary = json.loads((folder / "summary.json").read_text())
     assert summary["completed"] is False and len(summary["points"]) == 5
+
+
+@pytest.mark.parametrize("override", ["wall.W=1e300", "gas.L=1e300", "gas.L=1e-300", "gas.K=1e300", "gas.f=1e-300"])
+@pytest.mark.filterwarnings("error")
+def test_numbers_beyond_all_bounds_fail_with_a_message(run_text, override):
+    _, code, error = run_text(STEADY, override)
+    assert code in (0, 3) and "Traceback" not in error
+
+
+def test_a_mode_too_strong_for_the_gas_is_refused_before_anything_is_written(run_text):
+    folder, code, error = run_text(STEADY, "steady.wave=0", "gas.f=0.1", "steady.mode_amplitude=0.49")
+    assert code == 2 and "steady.mode_amplitude: 0.49 is too large, 0 half-waves:" in error
+    assert not folder.exists()
+
+
+def test_a_wide_box_has_more_modes_than_letters(run_text):
+    folder, code, _ = run_text(STEADY, "steady.wave=0", "box.aspect_ratio=40.0", "mesh.cells=[8,160]")
+    assert code == 0 and len(summary_of(folder)["sectors"]) > 26
+    assert (folder / "pictures" / "modes.png").stat().st_size > 1000
+
+
+def test_lines_of_a_diagram_change_where_the_growth_rate_is_zero():
+    numbers = {"L": 1.0, "aspect_ratio": 1.0, "wall_min": 0.1}
+    rows = [
+        {**numbers, "f": f, "wall_max": 2 * f, "growth_rate": rate, "stable": rate < 0.0}
+        for f, rate in ((0.1, 3.0), (0.2, 1.0), (0.3, -1.0))
+    ]
+    (unstable, first), (stable, second) = stretches(rows)
+    assert (unstable, stable) == (False, True)
+    assert [row["f"] for row in first] == pytest.approx([0.1, 0.2, 0.25])
+    assert [(row["f"], row["wall_max"]) for row in second] == [pytest.approx((0.25, 0.5)), (0.3, 0.6)]
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from hydro.deck.stability import AreaFractions
 from hydro.errors import DeckError, RunFailed, Stopped
 from hydro.gas import Grossman, HardDisks
 from hydro.runs import stability
-from hydro.runs.countdown import counted
+from hydro.runs.progress import counted
 from hydro.steady import marginal
 from hydro.steady.elements import reference_element
 from hydro.steady.extended import extended_state

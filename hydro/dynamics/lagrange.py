@@ -12,6 +12,7 @@ second-order backward difference (BDF2; Hundsdorfer and Verwer, 2003, IV.4) it i
 as backward Euler: sound that is not resolved dies. Steps are limited by the remap (no face crosses more than a share
 `cfl` of a cell) and by the change that the extrapolation does not foresee (`tolerance`).
 
+Momentum lives on the faces, each component on those that it points through; that of a cell is the mean of its faces.
 The unknowns are pressure and temperature of every cell; density follows from them and stays in (0, 1). Newton's
 equations, five points with two unknowns each, are solved by one multigrid cycle per iteration (see `multigrid`) under
 exact residuals. What the iteration leaves of the sums over the box is made up for, so that mass and the books of energy
@@ -62,7 +63,7 @@ class Work(NamedTuple):
 
     ahead: np.ndarray  # (4, nx, ny), extrapolated n, u, v, p
     base: np.ndarray  # (4, nx, ny), what the last two states contribute
-    momentum: np.ndarray  # (2, nx, ny), of cells, before pressure acts
+    stream: np.ndarray  # (2, nx, ny), change of the momentum of cells by what streams in and out
     carried_x: np.ndarray  # (2, nx, ny)
     carried_y: np.ndarray
     drive_x: np.ndarray  # (nx, ny), momentum of faces, before pressure acts
@@ -89,7 +90,8 @@ class LagrangeRemap:
     """Semi-implicit Lagrange-remap finite volumes, second order in time and space.
 
     cfl: largest share of a cell that a face may sweep in a step. tolerance: largest root mean square change, relative,
-    of density and pressure (and of the velocity, against sound) that the last two states do not foresee.
+    of density and pressure (and of the velocity, against sound) that the last two states do not foresee. State and work
+    space take 530 bytes per cell. ValueError for a mesh of a single cell in a direction.
     """
 
     def __init__(
@@ -103,6 +105,8 @@ class LagrangeRemap:
         tolerance: float = TOLERANCE,
     ):
         nx, ny = mesh.cells
+        if min(mesh.cells) < 2:
+            raise ValueError(f"{mesh.cells} cells: two or more are needed in both directions")
         self.gas, self.wall, self.mesh, self.tau, self.cfl, self.tolerance = gas, wall, mesh, tau, cfl, tolerance
         self.limiter = LIMITERS[limiter]
         self._grid = Grid(Geometry.of(mesh), mesh.spacing(0), mesh.spacing(1))
@@ -114,8 +118,9 @@ class LagrangeRemap:
         )  # fmt: skip
         self._hierarchy = multigrid.Hierarchy(mesh)
         self._last = np.zeros((4, nx, ny))  # the state before
-        self._velocity = np.zeros((2, 2, nx, ny))  # of faces in x and in y: now, and before
-        self._next = np.zeros((4, nx, ny))
+        self._momentum = np.zeros((2, 2, nx, ny))  # of faces, in x and in y: now, and before
+        self._velocity = np.zeros((2, nx, ny))  # of faces, extrapolated to the new time
+        self._next, self._pushed = np.zeros((4, nx, ny)), np.zeros((2, nx, ny))
         self._unknowns = np.zeros((2, nx, ny))  # pressure, temperature
         self._steps = np.zeros(
             2
@@ -130,14 +135,14 @@ class LagrangeRemap:
             c = self.gas.sound_speed(state.density, state.temperature)
             width = np.minimum(self.mesh.dx[:, None], self.mesh.dy[None, :])
             return FIRST_STEP * float(np.min(width / (c + state.speed)))
-        swept = sweep_rate(self._velocity[0], self.mesh.dx, self.mesh.dy)
+        swept = sweep_rate(self._velocity, self.mesh.dx, self.mesh.dy)
         return min(allowed, self.cfl / swept if swept > 0.0 else math.inf)
 
     def step(self, state: State, dt: float) -> Exchange:
         """Advance `state` in place by `dt`; StepRejected leaves it untouched."""
         ratio = dt / self._steps[0] if self._steps[0] > 0.0 else 0.0
         if ratio == 0.0:
-            face_velocities(self._grid.heat, state.conserved, self._velocity[0])
+            face_momenta(self._grid.heat, state.conserved, self._momentum[0])
         admissible = self._look_ahead(state.conserved, ratio)
         if not admissible:
             ratio = 0.0
@@ -145,16 +150,15 @@ class LagrangeRemap:
                 raise StepRejected(worst_cell(state))
         h = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio)
         work, friction = self._work, 1.0 / self.tau
-        advected = self._velocity[0] + ratio * (self._velocity[0] - self._velocity[1])
-        carry(self.gas, self.limiter, self._grid, advected, h, work)
+        carry(self.gas, self.limiter, self._grid, self._momentum, ratio, h, self._velocity, work)
         self._solve(h, friction)
         P, T = self._unknowns
-        totals = finish(self.gas, self.wall, self._grid, P, T, h, friction, work, self._next, advected)
+        totals = finish(self.gas, self.wall, self._grid, P, T, h, friction, work, self._next, self._pushed)
         error = unforeseen(self.gas, self.mesh.areas, self._next, work.ahead)
         self._judge(error, dt, State(self.gas, self.mesh, self._next))
         self._last[:] = state.conserved
-        self._velocity[1] = self._velocity[0]
-        self._velocity[0] = advected
+        self._momentum[1] = self._momentum[0]
+        self._momentum[0] = self._pushed
         state.conserved[:] = self._next
         state.time += dt
         return self._book(totals, ratio, h)
@@ -211,16 +215,21 @@ class LagrangeRemap:
         return Exchange(*self._exchange.tolist())
 
     def memory(self) -> dict[str, np.ndarray]:
-        """The state before, velocities of the faces, steps, the last exchange, and the wall's temperature."""
+        """The state before, momenta of the faces, steps, the last exchange, and the wall's temperature."""
         kept = {
-            "last": self._last, "velocity": self._velocity, "steps": self._steps, "exchange": self._exchange,
+            "last": self._last,
+            "momentum": self._momentum,
+            "velocity": self._velocity,
+            "steps": self._steps,
+            "exchange": self._exchange,
             "wall_temperature": self._work.wall_temperature,
-        }  # fmt: skip
+        }
         return {name: values.copy() for name, values in kept.items()}
 
     def remember(self, memory: dict[str, np.ndarray]) -> None:
         """Take back what `memory` gave."""
-        self._last[:], self._velocity[:] = memory["last"], memory["velocity"]
+        self._last[:], self._momentum[:] = memory["last"], memory["momentum"]
+        self._velocity[:] = memory["velocity"]
         self._steps[:], self._exchange[:] = memory["steps"], memory["exchange"]
         self._work.wall_temperature[:] = memory["wall_temperature"]
 
@@ -238,14 +247,13 @@ def sweep_rate(velocity, dx, dy):
 
 
 @kernel
-def face_velocities(geometry, state, velocity):
-    """Mean velocities of the two cells of every face; zero at walls."""
+def face_momenta(geometry, state, momentum):
+    """Mean momenta of the two cells of every face; zero at walls."""
     for i in range(state.shape[1]):
         for j in range(state.shape[2]):
-            n, low, left = state[N, i, j], state[N, i - 1, j], state[N, i, j - 1]
             open_x, open_y = i > 0 or geometry.periodic_x, j > 0 or geometry.periodic_y
-            velocity[0, i, j] = (state[MX, i, j] + state[MX, i - 1, j]) / (n + low) if open_x else 0.0
-            velocity[1, i, j] = (state[MY, i, j] + state[MY, i, j - 1]) / (n + left) if open_y else 0.0
+            momentum[0, i, j] = 0.5 * (state[MX, i, j] + state[MX, i - 1, j]) if open_x else 0.0
+            momentum[1, i, j] = 0.5 * (state[MY, i, j] + state[MY, i, j - 1]) if open_y else 0.0
 
 
 @kernel
@@ -284,16 +292,20 @@ def primitive_row(gas, density, momentum_x, momentum_y, energy):
 
 
 @kernel
-def carry(gas, limiter, grid, velocity, h, work):
-    """Swept profiles at the faces, and momentum of cells and faces before pressure acts.
+def carry(gas, limiter, grid, momentum, ratio, h, velocity, work):
+    """Swept profiles at the faces, and momentum of faces before pressure acts.
 
-    velocity: of the faces, (2, nx, ny).
+    momentum: of the faces, now and before, (2, 2, nx, ny). velocity: of the faces, extrapolated, (2, nx, ny), is set.
     """
     geometry, ahead, lines = grid.heat, work.ahead, work.lines
     nx, ny = ahead.shape[1:]
-    work.momentum[0] = work.base[MX]
-    work.momentum[1] = work.base[MY]
+    weight = ratio * ratio / (1.0 + 2.0 * ratio)
+    work.stream[:] = 0.0
     for i in range(nx):
+        for axis in range(2):
+            add_difference(momentum[0, axis, i], momentum[1, axis, i], ratio, velocity[axis, i])
+        divide_row(velocity[0, i], ahead[0, i - 1], ahead[0, i])
+        divide_line(velocity[1, i], ahead[0, i])
         if i > 0 or geometry.periodic_x:
             before = i - 2 if i > 1 or geometry.periodic_x else 0
             after = (i + 1) % nx if i < nx - 1 or geometry.periodic_x else i
@@ -305,24 +317,44 @@ def carry(gas, limiter, grid, velocity, h, work):
                     spacing[1, centre - 1], spacing[2, centre - 1], spacing[1, centre], spacing[2, centre],
                     lines[WEIGHT], lines[PROFILES + q],
                 )  # fmt: skip
-            carry_row(
-                gas, ahead[0, i - 1], ahead[0, i], velocity[0, i], lines, work.carried_x[FLOW, i],
-                work.carried_x[ENERGY, i],
-            )  # fmt: skip
-            for j in range(ny):
-                work.carried_x[FLOW, i, j] *= geometry.dy[j]
-                work.carried_x[ENERGY, i, j] *= geometry.dy[j]
+            flow, energy = work.carried_x[FLOW, i], work.carried_x[ENERGY, i]
+            carry_row(gas, ahead[0, i - 1], ahead[0, i], velocity[0, i], lines, flow, energy)
+            for j in range(np.uint64(ny)):
+                flow[j] *= geometry.dy[j]
+                energy[j] *= geometry.dy[j]
             for q in range(2):
-                add_row(work.momentum[q, i - 1], lines[STREAMS + q], -h / geometry.dx[i - 1])
-                add_row(work.momentum[q, i], lines[STREAMS + q], h / geometry.dx[i])
+                add_row(work.stream[q, i - 1], lines[STREAMS + q], -h / geometry.dx[i - 1])
+                add_row(work.stream[q, i], lines[STREAMS + q], h / geometry.dx[i])
     for i in range(nx):
         carry_along(gas, limiter, grid, ahead[:, i], velocity[1, i], h, work, i)
     for i in range(nx):
-        mean_row(work.momentum[0, i - 1], work.momentum[0, i], work.drive_x[i])
-        along, drive = work.momentum[1, i], work.drive_y[i]
+        add_difference(momentum[0, 0, i], momentum[1, 0, i], weight, work.drive_x[i])
+        add_difference(momentum[0, 1, i], momentum[1, 1, i], weight, work.drive_y[i])
+        add_row(work.drive_x[i], work.stream[0, i - 1], 0.5)
+        add_row(work.drive_x[i], work.stream[0, i], 0.5)
+        along, drive = work.stream[1, i], work.drive_y[i]
         for j in range(ONE, np.uint64(ny)):
-            drive[j] = 0.5 * (along[j] + along[j - ONE])
-        drive[0] = 0.5 * (along[0] + along[ny - 1])
+            drive[j] += 0.5 * (along[j] + along[j - ONE])
+        drive[0] += 0.5 * (along[0] + along[ny - 1])
+    if not geometry.periodic_x:
+        work.drive_x[0] = 0.0
+    if not geometry.periodic_y:
+        work.drive_y[:, 0] = 0.0
+
+
+@part
+def divide_row(momentum, density_low, density_high):
+    """Velocities of faces in x, in place of their momenta."""
+    for j in range(np.uint64(momentum.size)):
+        momentum[j] *= 2.0 / (density_low[j] + density_high[j])
+
+
+@part
+def divide_line(momentum, density):
+    """Velocities of faces in y, in place of their momenta."""
+    for j in range(ONE, np.uint64(momentum.size)):
+        momentum[j] *= 2.0 / (density[j] + density[j - ONE])
+    momentum[0] *= 2.0 / (density[0] + density[-1])
 
 
 @part
@@ -357,7 +389,7 @@ def carry_along(gas, limiter, grid, row, velocity, h, work, i):
         work.carried_y[FLOW, i, j] *= geometry.dx[i]
         work.carried_y[ENERGY, i, j] *= geometry.dx[i]
     for q in range(2):
-        stream, momentum = lines[STREAMS + q], work.momentum[q, i]
+        stream, momentum = lines[STREAMS + q], work.stream[q, i]
         stream[0] = stream[0] if geometry.periodic_y else 0.0
         stream[ny] = stream[0]
         for j in range(np.uint64(ny)):
@@ -410,13 +442,6 @@ def add_row(target, values, factor):
     """target += factor values."""
     for j in range(np.uint64(target.size)):
         target[j] += factor * values[j]
-
-
-@part
-def mean_row(a, b, out):
-    """out = (a + b)/2."""
-    for j in range(np.uint64(a.size)):
-        out[j] = 0.5 * (a[j] + b[j])
 
 
 @part
@@ -506,26 +531,13 @@ def fluxes(grid, P, T, h, slow, work, i):
 
 
 @part
-def push_cells(geometry, P, h, slow, work, i):
-    """Momentum of row i after the pressures on the faces of its cells and friction have acted, into two lines."""
-    nx, ny = P.shape
-    behind = i - 1 if i > 0 or geometry.periodic_x else 0
-    ahead = (i + 1) % nx if i < nx - 1 or geometry.periodic_x else i
-    push_row(P[behind], P[ahead], work.momentum[0, i], 0.5 * h / geometry.dx[i], slow, work.lines[PUSHED])
-    row, momentum, out = P[i], work.momentum[1, i], work.lines[PUSHED + 1]
-    for j in range(ONE, np.uint64(ny - 1)):
-        out[j] = slow * (momentum[j] - 0.5 * h / geometry.dy[j] * (row[j + ONE] - row[j - ONE]))
-    before = row[ny - 1] if geometry.periodic_y else row[0]
-    after = row[0] if geometry.periodic_y else row[ny - 1]
-    out[0] = slow * (momentum[0] - 0.5 * h / geometry.dy[0] * (row[1] - before))
-    out[ny - 1] = slow * (momentum[ny - 1] - 0.5 * h / geometry.dy[ny - 1] * (after - row[ny - 2]))
-
-
-@part
-def push_row(behind, ahead, momentum, share, slow, out):
-    """Momentum in x of one row."""
-    for j in range(np.uint64(out.size - 4)):
-        out[j] = slow * (momentum[j] - share * (ahead[j] - behind[j]))
+def mean_of_faces(lines, low, high, count):
+    """Momentum of a row of cells after pressure and friction have acted: the mean of its faces', into two lines."""
+    below, above, along = lines[low], lines[high], lines[ALONG]
+    in_x, in_y = lines[PUSHED], lines[PUSHED + 1]
+    for j in range(np.uint64(count)):
+        in_x[j] = 0.5 * (below[j] + above[j])
+        in_y[j] = 0.5 * (along[j] + along[j + ONE])
 
 
 @kernel
@@ -536,7 +548,7 @@ def balance(gas, wall, grid, P, T, h, friction, work, right):
     heat_wall(gas, wall, geometry, work.density[-1], T[-1], work)
     for i in range(P.shape[0]):
         low, high = fluxes(grid, P, T, h, slow, work, i)
-        push_cells(geometry, P, h, slow, work, i)
+        mean_of_faces(work.lines, low, high, P.shape[1])
         balance_row(
             work.density[i], work.cooling[i], T[i], work.base[N, i], work.base[E, i], geometry.dx[i], geometry.dy, h,
             friction, work.lines, low, high, right[0, i], right[1, i],
@@ -652,8 +664,8 @@ def correct(change, P, T):
 
 
 @kernel
-def finish(gas, wall, grid, P, T, h, friction, work, state, velocity):
-    """The new state (4, nx, ny) from the unknowns, and the velocities of the faces (2, nx, ny).
+def finish(gas, wall, grid, P, T, h, friction, work, state, momentum):
+    """The new state (4, nx, ny) from the unknowns, and the momenta of the faces (2, nx, ny).
 
     Returns powers: given by the wall, lost in collisions, lost by friction. The iteration leaves a little of the
     balances; a common factor on density, and one on energy, makes up for it: mass and the books of energy are exact.
@@ -664,8 +676,8 @@ def finish(gas, wall, grid, P, T, h, friction, work, state, velocity):
     totals, lines = np.zeros(3), work.lines
     mass, energy, base_mass, base_energy = 0.0, 0.0, 0.0, 0.0
     for i in range(P.shape[0]):
-        low, _ = fluxes(grid, P, T, h, slow, work, i)
-        push_cells(geometry, P, h, slow, work, i)
+        low, high = fluxes(grid, P, T, h, slow, work, i)
+        mean_of_faces(lines, low, high, P.shape[1])
         sums = finish_row(
             work.density[i], T[i], work.cooling[i], work.base[N, i], work.base[E, i], geometry.dy, friction, lines,
             state[N, i], state[MX, i], state[MY, i], state[E, i],
@@ -675,13 +687,9 @@ def finish(gas, wall, grid, P, T, h, friction, work, state, velocity):
         base_mass, base_energy = base_mass + width * sums[2], base_energy + width * sums[3]
         totals[LOST] += width * sums[4]
         totals[RUBBED] += width * sums[5]
-        speed_row(lines[low], work.ahead[0, i - 1], work.ahead[0, i], velocity[0, i])
-        along, n, out = lines[ALONG], work.ahead[0, i], velocity[1, i]
-        for j in range(ONE, np.uint64(n.size)):
-            out[j] = 2.0 * along[j] / (n[j] + n[j - ONE])
-        out[0] = 2.0 * along[0] / (n[0] + n[-1])
+        momentum[0, i] = lines[low, : P.shape[1]]
+        momentum[1, i] = lines[ALONG, : P.shape[1]]
     if not geometry.periodic_x:
-        velocity[0, 0] = 0.0
         for j in range(P.shape[1]):
             totals[HEAT_IN] += work.wall_flux[j] * geometry.dy[j]
     state[N] *= base_mass / mass
@@ -706,13 +714,6 @@ def finish_row(density, T, cooling, base_n, base_e, dy, friction, lines, new_n, 
         lost += dy[j] * cooling[j]
         rubbed += dy[j] * friction * twice_kinetic
     return mass, energy, base_mass, base_energy, lost, rubbed
-
-
-@part
-def speed_row(momentum, density_low, density_high, out):
-    """Velocities of faces from their momentum."""
-    for j in range(np.uint64(out.size)):
-        out[j] = 2.0 * momentum[j] / (density_low[j] + density_high[j])
 
 
 @kernel

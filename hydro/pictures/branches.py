@@ -31,7 +31,7 @@ def bifurcation_diagram(path: Path, summary: dict[str, Any]) -> None:
     mark(densities, summary, parameter)
     draw_rates(rates, [row for row in branches if row[0]["branch"] != "extended"], parameter)
     densities.set_ylabel("$n/n_c$ on the wall $x=0$")
-    rates.set_ylabel("growth rate")
+    rates.set_ylabel("growth rate $\\lambda L_x/T_*^{1/2}$")
     rates.set_xlabel(LABELS[parameter])
     densities.legend(handles=list(legend()), fontsize=8, loc="best")
     publish(figure, path)
@@ -52,12 +52,20 @@ def draw_densities(axis: Axes, rows: Sequence[Row], parameter: str) -> None:
 
 
 def stretches(rows: Sequence[Row]) -> Iterator[tuple[bool, list[Row]]]:
-    """Runs of points of equal stability; each begins where the last one ends, so that lines have no gaps."""
+    """Runs of points of equal stability; they meet where the growth rate between their points is zero."""
     runs = [(stable, list(run)) for stable, run in groupby(rows, key=lambda row: row["stable"])]
-    if runs:
-        yield runs[0]
-    for (_, before), (stable, run) in pairwise(runs):
-        yield stable, [before[-1], *run]
+    for (_, before), (_, after) in pairwise(runs):
+        meeting = marginal(before[-1], after[0])
+        before.append(meeting)
+        after.insert(0, meeting)
+    yield from runs
+
+
+def marginal(before: Row, after: Row) -> Row:
+    """The place between two points of a branch where the growth rate is zero, by linear interpolation."""
+    share = before["growth_rate"] / (before["growth_rate"] - after["growth_rate"])
+    numbers = ("L", "f", "aspect_ratio", "wall_max", "wall_min")
+    return {key: before[key] + share * (after[key] - before[key]) for key in numbers}
 
 
 def mark(axis: Axes, summary: dict[str, Any], parameter: str) -> None:

@@ -26,7 +26,7 @@ def history_curves(path: Path, history: np.ndarray) -> None:
     curves(axes[0], history, WALLS)
     curves(axes[1], history, ENERGIES)
     curves(axes[2], history, (("max_mach", "", "-"),))
-    for axis, label in zip(axes, ("density $n/n_c$", "energy", "largest Mach number"), strict=True):
+    for axis, label in zip(axes, ("density $n/n_c$", "energy $/(n_cT_*L_x^2)$", "largest Mach number"), strict=True):
         axis.set_ylabel(label)
     axes[2].set_xlabel("time $t\\,T_*^{1/2}/L_x$")
     save(figure, path)
@@ -46,3 +46,4 @@ def curves(axis: Axes, history: np.ndarray, columns: Sequence[tuple[str, str, st
     if not values.size:
         axis.text(0.5, 0.5, "zero at all times", transform=axis.transAxes, ha="center", va="center")
         axis.set_yticks([])
+        axis.set_yticks([], minor=True)

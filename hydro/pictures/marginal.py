@@ -11,6 +11,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, NullFormatter
 from scipy.interpolate import CubicSpline
 
@@ -54,7 +55,8 @@ def one_loss(axis: Axes, rows: Rows, tongues: Rows, points: Sequence[tuple[float
             curve.draw(axis, linestyle=dash(wall, m), color=shade, linewidth=1.2, label=label)
     for f, ratio, label in points:
         axis.plot(f, ratio, "o", color="black", markersize=4.5, zorder=3)
-        axis.annotate(label, (f, ratio), (5, 4), textcoords="offset points")
+        text = axis.annotate(label, (f, ratio), (5, 4), textcoords="offset points", zorder=4)
+        text.set_path_effects([withStroke(linewidth=3.0, foreground="white")])
     least = min(row["aspect_ratio"] for row in rows if row["aspect_ratio"] is not None)
     axis.set_ylim(0.0, max([HEADROOM * least, *(1.5 * ratio for _, ratio, _ in points)]))
     axis.set_xlim(0.0, 1.05 * max(row["f"] for row in rows))

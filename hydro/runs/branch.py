@@ -20,7 +20,8 @@ from hydro.errors import HydroError, RunFailed
 from hydro.runs.checkpoint import Checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.observables import snapshot, wall_profile
-from hydro.runs.trackers import StopOnSignal, Tally
+from hydro.runs.progress import Tally
+from hydro.runs.trackers import StopOnSignal
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.steady.balance import Balance
 from hydro.steady.continuation import (
@@ -39,6 +40,7 @@ EXTENDED = "extended"
 SAME = 1e-3  # relative distance in the parameter within which a branch has come back at a known bifurcation
 
 
+@np.errstate(all="ignore")  # what is not a number ends as a failed search
 def solve(deck: BranchDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
     """Follow the deck's branches and write its folder; returns the summary.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from pathlib import Path
 from typing import Any
 
@@ -30,12 +31,18 @@ class RunFolder:
         self.pictures = path / "pictures"
 
     def check(self, overwrite: bool) -> None:
-        """DeckError if the folder holds a run that is not to be replaced, or files that no run made."""
+        """DeckError if the folder holds a run that is not to be replaced, or files that no run made, or cannot be made.
+
+        So hours of work do not end there.
+        """
         if self.deck.exists():
             if not overwrite:
                 raise DeckError(f"{self.path} holds a run already; --overwrite replaces it", "output folder")
         elif taken := [name for name in (*OWN_FILES, *OWN_FOLDERS) if (self.path / name).exists()]:
             raise DeckError(f"{self.path} is no folder of a run, but has {', '.join(taken)}", "output folder")
+        place = next(place for place in (self.path, *self.path.absolute().parents) if place.exists())
+        if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
+            raise DeckError(f"{self.path} cannot be written: {place} is no folder to write into", "output folder")
 
     def prepare(self, deck: str) -> None:
         """Make the folder, without the files of the run it may hold, and write the resolved deck into it.

@@ -7,11 +7,13 @@ import time
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from hydro.deck import StabilityDeck, dumps
 from hydro.errors import HydroError
 from hydro.gas import CLOSURES, Closure
-from hydro.runs.countdown import counted
 from hydro.runs.folder import RunFolder
+from hydro.runs.progress import counted
 from hydro.runs.trackers import StopOnSignal
 from hydro.steady.extended import extended_state
 from hydro.steady.marginal import critical_aspect_ratio, tongue
@@ -26,6 +28,7 @@ def gas_of(deck: StabilityDeck, L: float) -> Closure:
     return CLOSURES[deck.gas.closure](L=L, K=1.0, alpha=deck.gas.alpha)
 
 
+@np.errstate(all="ignore")  # what is not a number ends as a failed search
 def solve(deck: StabilityDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
     """All rows and tongues of the deck, with its picture, in its folder; returns the summary.
 
@@ -80,8 +83,9 @@ def describe(deck: StabilityDeck) -> list[str]:
 
     wanted = deck.stability
     states, tongues = len(wanted.L) * len(wanted.area_fractions), len(wanted.L) * len(wanted.walls)
+    ratios = len(wanted.walls) * len(wanted.waves)
     lines = [
-        f"{states} extended states, {len(wanted.walls) * len(wanted.waves)} critical aspect ratios for each, "
+        f"{states} extended states, {ratios} critical aspect ratio{'' if ratios == 1 else 's'} for each, "
         f"and {tongues} tongues: about {states * SECONDS_PER_STATE + tongues * SECONDS_PER_TONGUE:.0f} s",
         "for each L: depth 1/k over which a dense cluster changes, f_1 of Eq. (asymp), least Delta_1 of large L",
     ]

@@ -8,20 +8,23 @@ from typing import Any
 import numpy as np
 
 from hydro.deck import SteadyDeck, dumps
+from hydro.errors import Complaint, DeckError
 from hydro.runs.checkpoint import Checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.observables import snapshot
 from hydro.setup import gas_of, mesh_of, wall_of
-from hydro.state import State
+from hydro.state import State, inadmissible, worst_cell
 from hydro.steady import continuation  # noqa: F401  registers a search
 from hydro.steady.growth import Growth, growth_of, growth_rate, with_mode
 from hydro.steady.localized import SteadyState, steady_state
 
 
+@np.errstate(all="ignore")  # what is not a number ends as a failed search
 def solve(deck: SteadyDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
     """Solve for the deck's state and write its folder; returns the summary.
 
-    Nothing in the folder is touched before the state is there. RunFailed if it is not found.
+    Nothing in the folder is touched before the state is there. RunFailed if it is not found, or its growth rates;
+    DeckError if no state of a gas comes of steady.mode_amplitude.
     """
     wall = wall_of(deck)
     compile_seconds = warm_up(deck, wall)
@@ -32,8 +35,10 @@ def solve(deck: SteadyDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
     solved = time.perf_counter()
     growths = growth_of(steady, deck.gas.tau, deck.steady.modes)
     analysed = time.perf_counter()
+    states = states_to_keep(deck, steady.state, growths)
     folder.prepare(dumps(deck))
-    keep(deck, folder, steady.state, growths)
+    for name, state in states.items():
+        write_checkpoint(folder.checkpoints / f"{name}.h5", Checkpoint.of(state, dumps(deck)))
     summary = {
         **summary_of(deck, steady, growths),
         "wall_seconds": solved - started,
@@ -87,15 +92,20 @@ def summary_of(deck: SteadyDeck, steady: SteadyState, growths: list[Growth]) -> 
     }
 
 
-def keep(deck: SteadyDeck, folder: RunFolder, state: State, growths: list[Growth]) -> None:
-    """Checkpoints of the state, and of the state plus the leading mode of each sector."""
-    text = dumps(deck)
-    write_checkpoint(folder.checkpoints / "steady.h5", Checkpoint.of(state, text))
+def states_to_keep(deck: SteadyDeck, state: State, growths: list[Growth]) -> dict[str, State]:
+    """The state, and the state plus the leading mode of each sector, by the names of their checkpoints.
+
+    DeckError if one of them is no state of a gas, because the amplitude of the mode is too large for it.
+    """
+    states = {"steady": state}
     for growth in growths:
         if growth.modes:
             perturbed = with_mode(state, growth.modes[0], deck.steady.mode_amplitude)
-            name = f"steady_plus_{growth.sector.replace(' ', '_')}.h5"
-            write_checkpoint(folder.checkpoints / name, Checkpoint.of(perturbed, text))
+            if inadmissible(perturbed).any():
+                problem = f"{deck.steady.mode_amplitude:g} is too large, {growth.sector}: {worst_cell(perturbed)}"
+                raise DeckError([Complaint("steady.mode_amplitude", problem)])
+            states[f"steady_plus_{growth.sector.replace(' ', '_')}"] = perturbed
+    return states
 
 
 def draw(
@@ -115,9 +125,10 @@ def draw(
 def describe(deck: SteadyDeck) -> list[str]:
     """Lines on what will be solved, for `check`."""
     nx, ny = deck.mesh.cells
-    unknowns = nx * ny // max(deck.steady.wave, 1) if deck.steady.wave else nx
+    wave = deck.steady.wave
+    unknowns, waves = (nx * ny // wave, f"{wave} half-wave{'' if wave == 1 else 's'}") if wave else (nx, "no waves")
     return [
-        f"a steady state with {deck.steady.wave} half-waves in y: {unknowns} unknown densities and the pressure",
+        f"a steady state with {waves} in y: {unknowns} unknown densities and the pressure",
         f"growth rates per L_x/T_*^(1/2), for K = {deck.gas.K:g} and tau = {deck.gas.tau:g}",
     ]
 

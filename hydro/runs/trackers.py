@@ -111,27 +111,6 @@ class StopOnSignal(Quiet):
             raise Stopped(f"stopped by {self._received} {where}")
 
 
-class Tally:
-    """A line every few seconds on work of unknown length."""
-
-    INTERVAL = 2.0  # seconds
-
-    def __init__(self, title: str, quiet: bool, stream: TextIO = sys.stderr):
-        self.title, self.quiet, self.stream = title, quiet, stream
-        self.count, self._started = 0, time.perf_counter()
-        self._due = self._started + self.INTERVAL
-
-    def add(self, where: str) -> None:
-        """One more is done."""
-        self.count += 1
-        now = time.perf_counter()
-        if self.quiet or now < self._due:
-            return
-        self._due = now + self.INTERVAL
-        rate = self.count / (now - self._started)
-        print(f"{self.title}: {self.count} points, {rate:.1f} a second, {where}", file=self.stream, flush=True)
-
-
 class ProgressBar(Quiet):
     """A bar with rate and time left. A context manager."""
 

@@ -242,7 +242,7 @@ def follow(family: Family, start: Bifurcation, limits: tuple[float, float], long
         try:
             vector, iterations = family.corrected(here + step * direction, direction)
             tangent = family.tangent(vector, direction)
-        except NotConverged:
+        except (NotConverged, Singular):
             step *= SHORTER
             if step < SHORTEST * longest:
                 raise RunFailed(f"the branch is lost at {family.parameter} = {math.exp(here[-1]):.6g}") from None
@@ -306,10 +306,16 @@ def first_on_branch(balance: Balance) -> Solution:
     wanted = balance.area_fraction
     values = np.geomspace(wanted / REACH, min(wanted * REACH, 0.5 * (1.0 + wanted)), SAMPLES)
     starts = ExtendedBranch(family).bifurcations(values)
+    lost: list[str] = []
     for start in sorted(starts, key=lambda found: abs(math.log(found.value / wanted))):
         limits = (values[0], wanted) if start.value < wanted else (wanted, values[-1])
-        last = deque(follow(family, start, limits, SEARCH_STEP), maxlen=1).pop()
-        if math.isclose(last.value, wanted, rel_tol=1e-12):
-            return refined(balance, meshes, solve(family.at(last.vector[-1]), last.vector[:-1]))
+        try:
+            ends = deque(follow(family, start, limits, SEARCH_STEP), maxlen=1)
+        except RunFailed as error:
+            lost.append(f"\n  from {start.value:.5g}: {error}")
+            continue
+        if ends and math.isclose(ends[0].value, wanted, rel_tol=1e-12):
+            return refined(balance, meshes, solve(family.at(ends[0].vector[-1]), ends[0].vector[:-1]))
     tried = ", ".join(f"{start.value:.5g}" for start in starts) or "none"
-    raise RunFailed(f"no branch comes to f = {wanted:g}; bifurcations of the extended state nearby: {tried}")
+    nearby = f"bifurcations of the extended state nearby: {tried}"
+    raise RunFailed(f"no branch comes to f = {wanted:g}; {nearby}{''.join(lost)}")

@@ -6,11 +6,16 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from hydro.errors import RunFailed
+
 REFINEMENTS = 2
 
 
-class Singular(Exception):
-    """The matrix has no inverse."""
+class Singular(RunFailed):
+    """A matrix has no inverse, as far as its digits tell."""
+
+    def __init__(self, problem: Exception):
+        super().__init__(f"a system of linear equations cannot be solved: {str(problem).lower()}")
 
 
 def factorized(matrix: sparse.csc_array):
@@ -18,7 +23,7 @@ def factorized(matrix: sparse.csc_array):
     try:
         return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options={"SymmetricMode": True})
     except RuntimeError as error:
-        raise Singular(str(error)) from None
+        raise Singular(error) from None
 
 
 class Bordered:
@@ -50,7 +55,7 @@ class Bordered:
         try:
             return np.linalg.solve(self._schur, right)
         except np.linalg.LinAlgError as error:
-            raise Singular(str(error)) from None
+            raise Singular(error) from None
 
     def _eliminated(self, right: np.ndarray) -> np.ndarray:
         inner, border = np.split(right, [self.matrix.shape[0]])

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import expit
+from scipy.special import expit, logit
 
 from hydro.errors import RunFailed
 from hydro.gas import Closure
@@ -54,7 +54,7 @@ class SteadyState:
 
 def extended_solution(balance: Balance) -> Solution:
     """The state uniform in y, on a mesh with one cell in y; from a stripe of gas that relaxes."""
-    start = balance.unknowns(log_void_of(balance.area_fraction), guessed_pressure(balance))
+    start = balance.unknowns(-logit(balance.area_fraction), guessed_pressure(balance))
     return solve(balance, relax(balance, start))
 
 
@@ -165,11 +165,6 @@ def pushed(balance: Balance, push: float) -> np.ndarray:
 def guessed_pressure(balance: Balance) -> float:
     """A pressure to start from: that of the mean density at temperature one."""
     return float(balance.gas.pressure(balance.area_fraction, 1.0))
-
-
-def log_void_of(density):
-    """w = log(1/n - 1)."""
-    return np.log(1.0 / density - 1.0)
 
 
 def variation(found: Solution, mesh: Mesh) -> float:

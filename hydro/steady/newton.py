@@ -114,8 +114,12 @@ def relax(balance: Balance, start: np.ndarray) -> np.ndarray:
         matrix, in_log_p, mass = balance.slopes(u)
         capacity = balance.scale(u)[0] / balance.areas.mean() * (-mass) / balance.area_fraction
         inertia = diagonal(capacity / dt)
-        bordered = Bordered((matrix - inertia).tocsc(), in_log_p[:, None], mass[None, :], np.zeros((1, 1)))
-        step = bordered.solve(-balance.residual(u))
+        try:
+            bordered = Bordered((matrix - inertia).tocsc(), in_log_p[:, None], mass[None, :], np.zeros((1, 1)))
+            step = bordered.solve(-balance.residual(u))
+        except Singular:
+            dt *= 0.25
+            continue
         size = float(np.max(np.abs(step[:-1])))
         if not size < STORMY:
             dt *= 0.25

@@ -21,9 +21,10 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, eigs
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from hydro.dynamics.heat import wall_heat
+from hydro.errors import RunFailed
 from hydro.state import State
 from hydro.steady.linear import factorized
 from hydro.steady.operators import Faces, diagonal
@@ -161,14 +162,17 @@ class Linearization:
         return solve
 
     def leading(self, shift: complex | None = None, count: int = NEAREST) -> list[Mode]:
-        """The modes nearest to the shift, those of largest growth rate first."""
+        """The modes nearest to the shift, those of largest growth rate first. RunFailed if they are not found."""
         shift = self.default_shift if shift is None else shift
         size, kind = 3 * self.n.size, complex if isinstance(shift, complex) else float
         solve = self.resolvent(shift)
         operator = LinearOperator((size, size), matvec=lambda y: self.relevant(solve(y)), dtype=kind)
         start = self.relevant(np.random.default_rng(1).standard_normal(size).astype(kind))
         zeros = sparse.csr_array((size, size), dtype=kind)  # for its shape only
-        values, vectors = eigs(zeros, k=min(count, size - 2), sigma=shift, OPinv=operator, v0=start)
+        try:
+            values, vectors = eigs(zeros, k=min(count, size - 2), sigma=shift, OPinv=operator, v0=start)
+        except ArpackError as error:
+            raise RunFailed(f"no growth rates found, {self.sector.name} perturbations: {error}") from None
         modes = [self._mode(value, vector) for value, vector in zip(values, vectors.T, strict=True)]
         return sorted(modes, key=lambda mode: -mode.growth_rate.real)
 

@@ -18,12 +18,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-
-
-def expit(w):
-    """1/(1 + e^-w) without overflow; for w far below zero it is e^w to all digits, or zero."""
-    small = np.exp(-np.abs(w))
-    return np.where(w < 0.0, small, 1.0) / (1.0 + small)
+from scipy.special import expit  # e^w to all digits, or zero, for w far below zero
 
 
 class UniformPressure(NamedTuple):

@@ -7,6 +7,7 @@
     waves               smooth flow, flow at low Mach number, contacts that are carried along
     heat                cooling, conduction, friction, the driving wall
     manufactured        all terms together
+    implicit            the implicit integrator
     steady              localized states, growth rates, branches
     conservation        mass, energy, symmetries, rest
 
@@ -22,6 +23,7 @@ from hydro.verification import (  # noqa: F401, I001  imported in the order of t
     heat,
     manufactured,
     conservation,
+    implicit,
     steady,
 )
 from hydro.verification.claims import MEASUREMENTS, Claim, Findings, Measurement, Table, topics

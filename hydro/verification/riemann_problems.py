@@ -12,6 +12,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -132,8 +133,8 @@ class Outcome:
         return low, high, np.where(high - low > 1e-9 * np.abs(high), high - low, np.inf)
 
 
-def calculate(problem: Problem, axis: int, cells: int, **options: str) -> Outcome:
-    """Run the problem along x or y on a mesh two cells thick."""
+def calculate(problem: Problem, axis: int, cells: int, make: Any = godunov, **options: Any) -> Outcome:
+    """Run the problem along x or y on a mesh two cells thick, with the integrator that `make` gives for it."""
     shape, periodic = ((cells, 2), (False, True)) if axis == 0 else ((2, cells), (True, False))
     mesh = Mesh.rectangle(shape, periodic=periodic)
     x = (mesh.x, mesh.y)[axis]
@@ -143,7 +144,7 @@ def calculate(problem: Problem, axis: int, cells: int, **options: str) -> Outcom
     )
     velocity = (u, 0.0) if axis == 0 else (0.0, u)
     state = State.of(IDEAL, mesh, n, IDEAL.temperature(n, p), velocity)
-    run(godunov(mesh, **options), state, problem.end)
+    run(make(mesh, **options), state, problem.end)
     fields = np.array([state.density, state.velocity[axis], state.pressure])
     faces = (mesh.x_faces, mesh.y_faces)[axis]
     return Outcome(problem, x, fields.take(0, axis=2 - axis), problem.averages(faces))

@@ -1,4 +1,4 @@
-"""Progress of work whose extent is known: how much is done, the rate, the time left."""
+"""Progress of work that is no run in time: items whose number is known, or points until there are no more."""
 
 from __future__ import annotations
 
@@ -49,3 +49,24 @@ def _with_lines(items: Sequence[T], title: str, stream: TextIO) -> Iterator[T]:
             left = (len(items) - done) / rate
             print(f"{title}: {share:4.0%}  {rate:.0f} a second  {left:.0f} s left", file=stream, flush=True)
             due = math.floor(share * 10.0 + 1.0) / 10.0
+
+
+class Tally:
+    """A line every few seconds on work of unknown length."""
+
+    INTERVAL = 2.0  # seconds
+
+    def __init__(self, title: str, quiet: bool, stream: TextIO = sys.stderr):
+        self.title, self.quiet, self.stream = title, quiet, stream
+        self.count, self._started = 0, time.perf_counter()
+        self._due = self._started + self.INTERVAL
+
+    def add(self, where: str) -> None:
+        """One more is done."""
+        self.count += 1
+        now = time.perf_counter()
+        if self.quiet or now < self._due:
+            return
+        self._due = now + self.INTERVAL
+        rate = self.count / (now - self._started)
+        print(f"{self.title}: {self.count} points, {rate:.1f} a second, {where}", file=self.stream, flush=True)

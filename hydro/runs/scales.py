@@ -1,4 +1,4 @@
-"""What a deck means physically: its scales, and where the assumptions behind the equations fail."""
+"""What an evolution deck means physically: its scales, and where the assumptions behind the equations fail."""
 
 from __future__ import annotations
 

@@ -1,0 +1,233 @@
+"""The implicit integrator `lagrange-remap`: orders, shocks, books, and Fig. 4 against its own tolerance and `godunov`.
+
+That localized states are its fixed points is measured with those of the other integrators, below.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+
+from hydro.dynamics.integrator import Exchange, Integrator
+from hydro.dynamics.lagrange import LagrangeRemap
+from hydro.gas import Grossman
+from hydro.mesh import Mesh
+from hydro.runs.observables import wall_extremes
+from hydro.state import State
+from hydro.steady.growth import growth_of, with_mode
+from hydro.steady.localized import steady_state
+from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement, orders
+from hydro.verification.march import ELASTIC, IDEAL, along, godunov, l1, run
+from hydro.verification.riemann_problems import PROBLEMS, calculate
+from hydro.verification.waves import along_a_line, simple_wave
+from hydro.walls import VibratingWall
+
+TOPIC = "The implicit integrator"
+GAS, WALL, TAU = Grossman(L=5e4, K=2e-3), VibratingWall(114.0), 200.0
+F, DELTA = 0.0235, 2.0
+TIMES = (100.0, 500.0, 1000.0, 1290.0)
+DEFAULT = 3e-4  # tolerance
+
+
+def implicit(mesh: Mesh, gas: Any = IDEAL, wall: Any = ELASTIC, **options: Any) -> LagrangeRemap:
+    """The integrator, of ideal flow between elastic walls unless told otherwise."""
+    return LagrangeRemap(gas, wall, mesh, **options)
+
+
+def driven(mesh: Mesh, **options: Any) -> LagrangeRemap:
+    """The integrator with the gas, wall and friction of Fig. 4."""
+    return implicit(mesh, GAS, WALL, tau=TAU, **options)
+
+
+def start_of_fig4(cells: int) -> State:
+    """The initial state of Fig. 4, on `cells` by twice as many cells."""
+    mesh = Mesh.rectangle((cells, 2 * cells), DELTA)
+    density = F * (1.0 + 0.1 * np.cos(np.pi * mesh.y))
+    return State.of(GAS, mesh, density, 1.0)
+
+
+def evolve(integrator: Integrator, state: State, times: tuple[float, ...]) -> tuple[list[float], Exchange]:
+    """Largest and smallest wall densities at the times, in turn, and the energies exchanged up to the last."""
+    seen: list[float] = []
+    exchanges = []
+    for time in times:
+        exchanges.append(run(integrator, state, time))
+        low, high = wall_extremes(state.density, state.mesh)
+        seen += [high, low]
+    return seen, Exchange(*(math.fsum(parts) for parts in zip(*exchanges, strict=True)))
+
+
+@measurement(TOPIC, "Order in time")
+def order_in_time(full: bool) -> Findings:
+    """Differences between fixed steps dt, dt/2, dt/4, dt/8: a simple wave, and the start of Fig. 4 with all terms on.
+
+    Simple wave on 64 cells, to a quarter of its breaking time, steps from a fifth of a cell's sound crossing time;
+    Fig. 4 on 16 x 32 cells from t = 0.2, when the wall's first heat has spread, to 2.2, steps from 0.04.
+    """
+    wave, fig4 = wave_differences(), fig4_differences()
+    rows: list[Row] = [("simple wave", *wave), ("Fig. 4", *fig4)]
+    steps = [1.0, 0.5, 0.25]
+    claims = tuple(
+        at_least(TOPIC, f"{name}: order in time", "2", orders(steps, differences)[-1], 1.9)
+        for name, differences in (("simple wave", wave), ("Fig. 4", fig4))
+    )
+    header = ("case", "dt to dt/2", "dt/2 to dt/4", "dt/4 to dt/8")
+    return Findings(claims, (Table("Mean differences of the density.", header, rows),))
+
+
+def wave_differences() -> list[float]:
+    """Mean differences of n between steps and their halves, for the simple wave."""
+    mesh, end = along(0, 64, thickness=2), 0.25 * simple_wave().breaking_time
+    results = []
+    for count in (160, 320, 640, 1280):
+        state = State(IDEAL, mesh, exact_wave(mesh, 0.0))
+        run(implicit(mesh, tolerance=math.inf), state, end, end / count)
+        results.append(state.density)
+    return [l1(mesh, after - before) for before, after in itertools.pairwise(results)]
+
+
+def exact_wave(mesh: Mesh, t: float) -> np.ndarray:
+    """The simple wave along x on a mesh that is two cells thick."""
+    line = along_a_line(along(0, mesh.cells[0]), t)
+    return np.repeat(line, mesh.cells[1], axis=2)
+
+
+def fig4_differences() -> list[float]:
+    """Mean differences of n between steps and their halves, for the start of Fig. 4."""
+    first = start_of_fig4(16)
+    run(driven(first.mesh), first, 0.2)
+    results = []
+    for count in (50, 100, 200, 400):
+        state = first.copy()
+        run(driven(state.mesh, tolerance=math.inf), state, 2.2, 2.0 / count)
+        results.append(state.density)
+    return [l1(first.mesh, after - before) for before, after in itertools.pairwise(results)]
+
+
+@measurement(TOPIC, "Order in space, sound and shocks")
+def sound_and_shocks(full: bool) -> Findings:
+    """A simple wave with steps in proportion to the cells, and Riemann problems with a small tolerance.
+
+    It is a compressible code: shocks have the right speed. It has no dissipation but that of BDF2 and of the limited
+    profiles, so they ring a little; `godunov` is made for them.
+    """
+    grids = (32, 64, 128, 256) if full else (32, 64, 128)
+    errors = []
+    for cells in grids:
+        mesh, end = along(0, cells, thickness=2), 0.5 * simple_wave().breaking_time
+        state = State(IDEAL, mesh, exact_wave(mesh, 0.0))
+        run(implicit(mesh, tolerance=math.inf), state, end, end / (5 * cells))
+        errors.append(l1(mesh, state.density - exact_wave(mesh, end)[0]))
+    rows: list[Row] = [("simple wave", *map(float, errors), "")]
+    claims: list[Claim] = [
+        at_least(TOPIC, "simple wave: order", "2", orders([1.0 / cells for cells in grids], errors)[-1], 1.9)
+    ]
+    for problem in PROBLEMS[:2]:
+        outcomes = [calculate(problem, 0, cells, implicit, tolerance=1e-3) for cells in (100, 200, 400)]
+        of_all, at_shock = ([getattr(o, name) for o in outcomes] for name in ("error", "shock_error"))
+        rows.append((problem.name, *of_all, outcomes[-1].overshoot))
+        sizes = [1.0 / 100, 1.0 / 200, 1.0 / 400]
+        claims.append(at_least(TOPIC, f"{problem.name}: order of the L1 error", "1", orders(sizes, of_all)[-1], 0.6))
+        claims.append(at_least(TOPIC, f"{problem.name}: order at the shock", "1", orders(sizes, at_shock)[-1], 0.8))
+    header = ("case", *(f"grid {number + 1}" for number in range(len(grids))), "overshoot over the jump")
+    padded = [(*row[:-1], *[""] * (len(header) - len(row)), row[-1]) for row in rows]
+    return Findings(tuple(claims), (Table("L1 errors of the density.", header, padded),))
+
+
+@measurement(TOPIC, "Fig. 4: tolerance, books, symmetry")
+def fig4(full: bool) -> Findings:
+    """The eight numbers of Fig. 4 at the default tolerance and at a quarter of it; mass, energy and mirror symmetry."""
+    cells = 32 if full else 16
+    rows: list[Row] = []
+    numbers = []
+    claims: list[Claim] = []
+    for tolerance in (DEFAULT, DEFAULT / 4.0):
+        state = start_of_fig4(cells)
+        mass, energy = state.mass, state.energy
+        seen, given = evolve(driven(state.mesh, tolerance=tolerance), state, TIMES)
+        numbers.append(np.array(seen))
+        rows.append((f"{tolerance:g}", *(f"{value:.4f}" for value in seen)))
+        missing = state.energy - energy - given.wall + given.collisions + given.friction
+        mirror = float(np.max(np.abs(state.density / state.density[:, ::-1] - 1.0)))
+        name = f"tolerance {tolerance:g}"
+        claims += [
+            at_most(TOPIC, f"{name}: drift of the mass", "round-off", abs(state.mass / mass - 1.0), 1e-12),
+            at_most(TOPIC, f"{name}: residual of the energy's books", "round-off", abs(missing) / given.wall, 1e-10),
+            at_most(TOPIC, f"{name}: mirror symmetry of n", "round-off", mirror, 1e-9),
+        ]
+    change = float(np.max(np.abs(numbers[0] / numbers[1] - 1.0)))
+    claims.append(at_most(TOPIC, "Fig. 4: change by a quarter of the tolerance", "0", change, 0.01))
+    header = ("tolerance", *(f"{what}, t = {time:g}" for time in TIMES for what in ("max", "min")))
+    return Findings(tuple(claims), (Table(f"Fig. 4 on {cells} x {2 * cells} cells.", header, rows),))
+
+
+@measurement(TOPIC, "Fig. 4 by both integrators")
+def both(full: bool) -> Findings:
+    """Wall densities of Fig. 4 at t = 100 (and 500 in the full book), by `lagrange-remap` at a tolerance of 1e-4, and
+    by `godunov`: the difference has to shrink with the grid.
+    """
+    grids, times = ((16, 32, 48), (100.0, 500.0)) if full else ((12, 24), (100.0,))
+    rows: list[Row] = []
+    differences = []
+    for cells in grids:
+        numbers = []
+        for integrator in (driven(start_of_fig4(cells).mesh, tolerance=1e-4), explicit(cells)):
+            seen, _ = evolve(integrator, start_of_fig4(cells), times)
+            numbers.append(np.array(seen))
+            rows.append((cells, type(integrator).__name__, *(f"{value:.4f}" for value in seen)))
+        differences.append(float(np.max(np.abs(numbers[0] / numbers[1] - 1.0))))
+    gain = differences[0] / differences[-1]
+    claims = (
+        at_most(TOPIC, f"largest relative difference on {grids[-1]} cells", "0", differences[-1], 0.05),
+        at_least(TOPIC, f"gain from {grids[0]} to {grids[-1]} cells", "4 a doubling", gain, grids[-1] / grids[0]),
+    )
+    header = ("cells in x", "integrator", *(f"{what}, t = {time:g}" for time in times for what in ("max", "min")))
+    return Findings(claims, (Table("Wall densities.", header, rows),))
+
+
+def explicit(cells: int) -> Integrator:
+    """The explicit integrator for Fig. 4."""
+    return godunov(start_of_fig4(cells).mesh, GAS, WALL, tau=TAU)
+
+
+@measurement(TOPIC, "It ends in the states of the Newton solver")
+def ends(full: bool) -> Findings:
+    """From symmetric starts, aspect ratios 1, 2 and 3: density at the end against the steady state on the same mesh.
+
+    Starts of Fig. 4's kind with as many half-waves as the aspect ratio, at t = 4000. States of two and three clusters
+    are unstable to exchange of mass, but their starts are chains of mirror images, to round-off.
+    """
+    claims = []
+    for wave in (1, 2, 3) if full else (1, 2):
+        cells = 16
+        mesh = Mesh.rectangle((cells, cells * wave), float(wave))
+        density = F * (1.0 + 0.1 * np.cos(np.pi * wave * mesh.y / mesh.aspect_ratio))
+        state = State.of(GAS, mesh, density, 1.0)
+        run(driven(mesh), state, 4000.0)
+        wanted = steady_state(GAS, WALL, mesh, F, wave).state.density
+        error = float(np.max(np.abs(state.density / wanted - 1.0)))
+        claims.append(at_most(TOPIC, f"aspect ratio {wave}: relative distance from the steady state", "0", error, 1e-8))
+    return Findings(tuple(claims))
+
+
+@measurement(TOPIC, "Exchange of mass between two clusters")
+def exchange(full: bool) -> Findings:
+    """The antisymmetric mode of the full-wave state grows in runs of this integrator at the rate of its eigenvalue."""
+    cells = 32
+    mesh = Mesh.rectangle((cells, 2 * cells), DELTA)
+    steady = steady_state(GAS, WALL, mesh, F, 2)
+    mode = next(growth for growth in growth_of(steady, TAU, 1) if growth.sector == "antisymmetric").modes[0]
+    state = with_mode(steady.state, mode, 1e-4)
+    integrator = driven(mesh)
+    shares = []
+    for time in (50.0, 500.0):
+        run(integrator, state, time)
+        shares.append(mesh.integral((state.density - steady.state.density) * mode.density.real))
+    rate = math.log(shares[1] / shares[0]) / 450.0
+    error = abs(rate / mode.growth_rate.real - 1.0)
+    rows: list[Row] = [(f"{mode.growth_rate.real:.6f}", f"{rate:.6f}")]
+    table = Table("Growth rate on 32 x 64 cells.", ("eigenvalue", "measured"), rows)
+    return Findings((at_most(TOPIC, "growth rate, relative difference", "0", error, 0.01),), (table,))
