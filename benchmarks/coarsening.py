@@ -22,7 +22,7 @@ from hydro.runs.observables import wall_extremes, wall_profile
 
 DECK = Path(__file__).parent.parent / "problems" / "coarsening.toml"
 ABOVE = 1.2  # times the mean of n(0, y): what the top of a cluster exceeds at least
-EARLIEST = 5.0  # on the logarithmic axis of time
+EVERY = 2.5  # time between two looks
 
 PAGE = """# Coarsening of clusters
 
@@ -72,15 +72,13 @@ def draw(path: Path, times: np.ndarray, lines: np.ndarray, counts: np.ndarray, m
     """Space-time map of the density above the number of clusters."""
     figure = Figure(figsize=(7.2, 5.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3.0, 1.2])
-    middles = np.sqrt(times[1:] * times[:-1])
-    edges = np.concatenate([times[:1], middles, times[-1:]])
+    edges = np.concatenate([[0.0], 0.5 * (times[1:] + times[:-1]), times[-1:]])
     shades = above.pcolormesh(edges, mesh.y_faces, lines.T, cmap="gray_r", vmin=0.0, vmax=1.0, rasterized=True)
-    above.set_xscale("log")
-    above.set_xlim(EARLIEST, times[-1])
+    above.set_xlim(0.0, times[-1])
     above.set_ylabel("$y/L_x$")
     figure.colorbar(shades, ax=above, pad=0.02).set_label("$n(0, y)/n_c$")
     below.step(times, counts, where="post", color="black", linewidth=1.0)
-    below.set_ylim(0, counts[times >= EARLIEST].max() + 1)
+    below.set_ylim(0, counts.max() + 1)
     below.yaxis.get_major_locator().set_params(integer=True)
     below.set_ylabel("clusters")
     below.set_xlabel("$t\\,T_*^{1/2}/L_x$")
@@ -90,7 +88,7 @@ def draw(path: Path, times: np.ndarray, lines: np.ndarray, counts: np.ndarray, m
 def main(folder: Path, overrides: list[str]) -> None:
     """Run, draw, print the page."""
     wall = Wall()
-    run = evolve(DECK, overrides, wall.watch, every=2.5)
+    run = evolve(DECK, overrides, wall.watch, every=EVERY)
     deck, mesh = load(DECK, overrides), run.state.mesh
     times, lines = np.array(wall.times), np.array(wall.lines)
     counts = np.array([clusters(line).size for line in lines])
