@@ -23,6 +23,7 @@ from hydro.runs.observables import wall_extremes, wall_profile
 DECK = Path(__file__).parent.parent / "problems" / "coarsening.toml"
 ABOVE = 1.2  # times the mean of n(0, y): what the top of a cluster exceeds at least
 EVERY = 2.5  # time between two looks
+SAID_EVERY = 50.0  # time between two lines of progress
 
 PAGE = """# Coarsening of clusters
 
@@ -57,6 +58,9 @@ class Wall:
         self.times.append(state.time)
         self.lines.append(wall_profile(state.density, state.mesh))
         self.extremes.append(wall_extremes(state.density, state.mesh))
+        if state.time % SAID_EVERY == 0.0:
+            line = f"t = {state.time:g}: {run.steps} steps, dt = {run.dt:.2g}, largest n = {state.density.max():.6f}"
+            print(line, file=sys.stderr, flush=True)
 
 
 def clusters(line: np.ndarray) -> np.ndarray:

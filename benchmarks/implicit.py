@@ -24,7 +24,7 @@ from scipy.sparse.linalg import splu
 
 from hydro.deck import EvolutionDeck, load
 from hydro.dynamics import lagrange, multigrid
-from hydro.initial import cosine_averages, initial_state, perturbed
+from hydro.initial import cosine_averages, initial_state
 from hydro.mesh import Mesh
 from hydro.runs.evolution import integrator_of
 from hydro.runs.march import Run, advance
@@ -33,7 +33,7 @@ from hydro.state import State
 from hydro.steady.localized import steady_state
 
 GRIDS = (32, 64, 128, 256)
-STEPS_OF_TIME = (0.01, 0.1, 1.0, 10.0)
+STEPS_OF_TIME = (0.01, 0.1, 1.0)
 PUSH = 0.01  # relative amplitude of the cosine in y that sets the cluster in motion
 SETTLING, COUNTED = 30, 10  # steps
 WITHOUT_LIMIT = 1e9
@@ -59,9 +59,10 @@ def cluster(nx: int, wave: int) -> State:
 
 
 def moving(nx: int, wave: int) -> State:
-    """A cluster state with its density changed by a cosine."""
+    """A cluster state with its temperature changed by a cosine."""
     state = cluster(nx, wave)
-    return perturbed(state, np.broadcast_to(PUSH * cosine_averages(state.mesh, 3), state.mesh.cells))
+    factor = 1.0 + PUSH * cosine_averages(state.mesh, 3)
+    return State.of(state.gas, state.mesh, state.density, state.temperature * factor, state.velocity)
 
 
 def run_of(nx: int, state: State, dt: float = math.inf) -> Run:
@@ -108,10 +109,10 @@ def iterations() -> str:
     return f"""### Iterations per step
 
 One iteration is an exact residual and one V-cycle; a step ends when pressure and temperature are known to
-{lagrange.SOLVED:g}. Steady states at L = 5e4, f = 0.0235, aspect ratio 2, their density changed by {PUSH:.0%} of a
-cosine: mean of {COUNTED} steps after {SETTLING}, the step given by hand, not by the error; in brackets the mean step
-where the remap's limit made it shorter, or where the error chose it.
-On the finest grid, {densities}.
+{lagrange.SOLVED:g}. Steady states at L = 5e4, f = 0.0235, aspect ratio 2, their temperature changed by a cosine of
+{PUSH:.0%}: mean of {COUNTED} steps after {SETTLING}, the step given by hand, not by the error; in brackets the mean
+step where the remap's limit made it shorter, or where the error chose it. On the finest grid:
+{densities}.
 
 {table(["state", "dt", *(f"{nx} x {2 * nx}" for nx in GRIDS)], rows)}"""
 
@@ -260,8 +261,8 @@ def linear() -> str:
     return f"""### One linear solve beside scipy's splu
 
 The matrix of one step of the perturbed cluster of Fig. 4, assembled from the finest level's stencil; random right-hand
-side, medians of {ROUNDS}. A step of the integrator needs no solution to {REACHED:g}: one cycle per
-Newton iteration is enough.
+side, medians of {ROUNDS}. A step of the integrator needs no solution to {REACHED:g}: one cycle per Newton iteration is
+enough.
 
 {table(header, rows)}"""
 
