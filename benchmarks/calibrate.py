@@ -1,0 +1,166 @@
+"""What the eight numbers of Fig. 4 say of K, tau, T(0) and W, which the paper does not give.
+
+    python benchmarks/calibrate.py [--cells 48] > docs/calibration.md
+
+Least squares of the logarithms of the ratios of `problems/fig4.toml` to the paper's numbers, in the logarithms of the
+parameters; derivatives by central differences. Some sixty runs, a few seconds each on 48 x 96 cells.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from evolve import evolve
+from fig4 import DECK, NAMES, PAPER
+from measure import table
+from scipy.optimize import OptimizeResult, least_squares
+
+from hydro.runs.observables import wall_extremes
+
+KEYS = {"K": "gas.K", "tau": "gas.tau", "T(0)": "initial.temperature", "W": "wall.W"}
+START = {"K": 2e-3, "tau": 200.0, "T(0)": 1.0, "W": 114.0}
+STEP = 0.04  # of the logarithm of a parameter, for derivatives
+BOUND = 2.5  # times more or less than at the start is the most that the fit looks at
+LAST_DIGIT = (0.005, 0.005, 0.005, 0.005, 0.005, 0.0005, 0.0005, 0.0005)  # half a unit of it, in the paper's numbers
+
+HEAD = """# Calibration of Fig. 4
+
+Printed by `python benchmarks/calibrate.py --cells {cells}`: `problems/fig4.toml` on {cells} x {double} cells, fitted to
+the eight wall densities that the paper gives, by least squares of log(calculated/paper). The paper gives neither K nor
+tau, W or the initial temperature T(0). W = 114 is kept: it sets the unit of temperature, with T close to 1 at the wall.
+"""
+MEANING = """
+Standard errors come from the Jacobian and from the residuals themselves, s^2 = sum r^2/(8 - number of parameters). The
+residuals are not random (below), so they are a scale rather than a confidence."""
+SENSITIVE = """
+## What the numbers depend on
+
+Logarithmic derivatives of the eight numbers at the second fit: relative change of the number per relative change of the
+parameter.
+"""
+SINGULAR = """
+Singular values of this matrix, and the combinations they belong to. The combination x of logarithms is known with the
+error s/(singular value), s = {scatter:.3f} from the residuals above.
+"""
+
+
+class Model:
+    """The eight numbers as functions of parameters, with a memory of what has been calculated."""
+
+    def __init__(self, cells: int):
+        self._cells, self._known = cells, dict[tuple[float, ...], np.ndarray]()
+
+    @property
+    def runs(self) -> int:
+        return len(self._known)
+
+    def log_ratios(self, parameters: dict[str, float]) -> np.ndarray:
+        """log(calculated/paper), maxima first."""
+        full = START | parameters
+        key = tuple(full.values())
+        if key not in self._known:
+            found: list[tuple[float, float]] = []
+            words = [f"mesh.cells=[{self._cells},{2 * self._cells}]"]
+            words += [f"{KEYS[name]}={value!r}" for name, value in full.items()]
+            evolve(DECK, words, lambda run: found.append(wall_extremes(run.state.density, run.state.mesh)))
+            low, high = np.array(found).T
+            self._known[key] = np.log([*high / PAPER["wall_max"], *low / PAPER["wall_min"]])
+        return self._known[key]
+
+    def slopes(self, parameters: dict[str, float], names: Sequence[str]) -> np.ndarray:
+        """Derivatives of the log ratios in the logarithms of the named parameters, (8, names)."""
+        columns = []
+        for name in names:
+            up, down = (parameters | {name: (START | parameters)[name] * math.exp(d)} for d in (STEP, -STEP))
+            columns.append((self.log_ratios(up) - self.log_ratios(down)) / (2.0 * STEP))
+        return np.transpose(columns)
+
+
+def fit(model: Model, names: Sequence[str], first: dict[str, float]) -> tuple[dict[str, float], OptimizeResult]:
+    """Least squares in the logarithms of the named parameters."""
+
+    def named(logs: np.ndarray) -> dict[str, float]:
+        return {name: math.exp(value) for name, value in zip(names, logs, strict=True)}
+
+    start = np.log([first.get(name, START[name]) for name in names])
+    middle = np.log([START[name] for name in names])
+    found = least_squares(
+        lambda logs: model.log_ratios(named(logs)), start, lambda logs: model.slopes(named(logs), names),
+        bounds=(middle - np.log(BOUND), middle + np.log(BOUND)), xtol=2e-3, ftol=2e-3, gtol=1e-4, max_nfev=10,
+    )  # fmt: skip
+    return named(found.x), found
+
+
+def rms(values: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def report(names: Sequence[str], values: dict[str, float], found: OptimizeResult) -> str:
+    """Values with their standard errors, correlations, and the rms of the residuals."""
+    scatter = np.sum(found.fun**2) / (found.fun.size - len(names))
+    covariance = scatter * np.linalg.inv(found.jac.T @ found.jac)
+    errors = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(errors, errors)
+    rows = [
+        [name, f"{values[name]:.4g}", f"{100 * errors[k]:.1f}%", *(f"{c:+.2f}" for c in correlation[k])]
+        for k, name in enumerate(names)
+    ]
+    text = table(["parameter", "value", "standard error", *(f"correlation with {name}" for name in names)], rows)
+    ends = [name for name, side in zip(names, found.active_mask, strict=True) if side]
+    bounded = f" At the bound of the search: {', '.join(ends)}." if ends else ""
+    return f"{text}\n\nRms of the eight log ratios: {rms(found.fun):.4f}.{bounded}"
+
+
+def combination(names: Sequence[str], direction: np.ndarray) -> str:
+    """A direction in the space of logarithms, as a sum; its largest part positive."""
+    signed = direction * np.sign(direction[np.argmax(abs(direction))])
+    return " ".join(f"{part:+.2f} log {name}" for name, part in zip(names, signed, strict=True))
+
+
+def main() -> None:
+    """Fit and print the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cells", type=int, default=48, help="across; twice as many along the wall")
+    cells = parser.parse_args().cells
+    model = Model(cells)
+    print(HEAD.format(cells=cells, double=2 * cells))
+
+    before = model.log_ratios({})
+    two, found_two = fit(model, ("K", "tau"), {})
+    print("## K and tau, with T(0) = 1\n")
+    print(report(("K", "tau"), two, found_two), flush=True)
+    three, found_three = fit(model, ("K", "tau", "T(0)"), two)
+    print("\n## K, tau and T(0)\n")
+    print(report(("K", "tau", "T(0)"), three, found_three) + "\n" + MEANING, flush=True)
+
+    finer = Model(2 * cells)
+    columns = [before, found_two.fun, finer.log_ratios(two), found_three.fun, finer.log_ratios(three)]
+    rounding = np.log1p(np.array(LAST_DIGIT) / [*PAPER["wall_max"], *PAPER["wall_min"]])
+    rows = [[name, f"{rounding[k]:.3f}", *(f"{column[k]:+.3f}" for column in columns)] for k, name in enumerate(NAMES)]
+    rows.append(["rms", "", *(f"{rms(column):.3f}" for column in columns)])
+    doubled = f"{2 * cells} x {4 * cells}"
+    print("\n## Residuals\n\nlog(calculated/paper); beside it what half a unit of the last digit means for it.\n")
+    header = ["number", "last digit", "K = 2e-3, tau = 200", "K, tau", f"K, tau, {doubled}"]
+    print(table([*header, "K, tau, T(0)", f"K, tau, T(0), {doubled}"], rows), flush=True)
+
+    names = list(KEYS)
+    slopes = model.slopes(three, names)
+    print(SENSITIVE)
+    print(table(["number", *names], [[n, *(f"{s:+.3f}" for s in slopes[k])] for k, n in enumerate(NAMES)]))
+    _, singular, directions = np.linalg.svd(slopes)
+    scatter = float(np.sqrt(np.sum(found_three.fun**2) / (found_three.fun.size - 3)))
+    print(SINGULAR.format(scatter=scatter))
+    rows = [
+        [f"{value:.3f}", f"{scatter / value:.2f}", combination(names, direction)]
+        for value, direction in zip(singular, directions, strict=True)
+    ]
+    print(table(["singular value", "error of the combination", "combination"], rows))
+    print(f"\n{model.runs} runs on {cells} x {2 * cells} cells, {finer.runs} on {doubled}.")
+
+
+if __name__ == "__main__":
+    main()

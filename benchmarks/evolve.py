@@ -1,0 +1,22 @@
+"""Runs of evolution decks inside a process, without files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from hydro.deck import EvolutionDeck, load
+from hydro.initial import initial_state
+from hydro.runs.evolution import integrator_of
+from hydro.runs.march import Run, march
+from hydro.runs.trackers import AtTimes
+
+
+def evolve(path: Path, overrides: Iterable[str], watch: Callable[[Run], None], every: float | None = None) -> Run:
+    """The run of a deck to its end; `watch` sees it at the deck's output times and at multiples of `every`."""
+    deck = load(path, overrides)
+    assert isinstance(deck, EvolutionDeck)
+    state = initial_state(deck)
+    run = Run(state, integrator_of(deck, state), deck.time.end)
+    march(run, [AtTimes(watch, deck.output_times, every)])
+    return run

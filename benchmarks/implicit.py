@@ -1,0 +1,300 @@
+"""The implicit integrator: iterations, milliseconds per part, its linear solver beside a factorization, Fig. 4.
+
+    python benchmarks/implicit.py            # all parts, some minutes
+    python benchmarks/implicit.py PART ...   # iterations, parts, linear, fig4
+
+Prints the section "The implicit integrator" of docs/performance.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fig4 import DECK, EXPLICIT, IMPLICIT, summary
+from measure import processor, table
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from hydro.deck import EvolutionDeck, load
+from hydro.dynamics import lagrange, multigrid
+from hydro.initial import cosine_averages, initial_state
+from hydro.mesh import Mesh
+from hydro.runs.evolution import integrator_of
+from hydro.runs.march import Run, advance
+from hydro.setup import gas_of, wall_of
+from hydro.state import State
+from hydro.steady.localized import steady_state
+
+GRIDS = (32, 64, 128, 256)
+STEPS_OF_TIME = (0.01, 0.1, 1.0)
+PUSH = 0.01  # relative amplitude of the cosine in y that sets the cluster in motion
+SETTLING, COUNTED = 30, 10  # steps
+WITHOUT_LIMIT = 1e9
+REACHED = 1e-9  # residual of the linear solves, relative
+DENSE_WAVE, FIG4_WAVE = 1, 2
+ROUNDS = 5
+
+
+def deck_of(nx: int) -> EvolutionDeck:
+    """Fig. 4 on nx x 2 nx cells."""
+    deck = load(DECK, [f"mesh.cells=[{nx},{2 * nx}]"])
+    assert isinstance(deck, EvolutionDeck)
+    return deck
+
+
+@cache
+def cluster(nx: int, wave: int) -> State:
+    """The steady state with `wave` half-waves in the box of Fig. 4."""
+    deck = deck_of(nx)
+    assert deck.gas.f is not None
+    mesh = Mesh.rectangle((nx, 2 * nx), deck.box.aspect_ratio)
+    return steady_state(gas_of(deck), wall_of(deck), mesh, deck.gas.f, wave).state
+
+
+def moving(nx: int, wave: int) -> State:
+    """A cluster state with its temperature changed by a cosine."""
+    state = cluster(nx, wave)
+    factor = 1.0 + PUSH * cosine_averages(state.mesh, 3)
+    return State.of(state.gas, state.mesh, state.density, state.temperature * factor, state.velocity)
+
+
+def run_of(nx: int, state: State, dt: float = math.inf) -> Run:
+    """A run from `state`, with steps up to `dt`; given that, the error does not limit them."""
+    deck = deck_of(nx)
+    integrator = integrator_of(deck, state)
+    assert isinstance(integrator, lagrange.LagrangeRemap)
+    integrator.tolerance = WITHOUT_LIMIT if dt < math.inf else integrator.tolerance
+    return Run(state, integrator, math.inf, dt)
+
+
+def per_step(run: Run, settling: int, counted: int) -> tuple[float, float]:
+    """Iterations per step, and the mean step, of the steps after `settling`."""
+    for _ in range(settling):
+        advance(run, math.inf)
+    integrator: Any = run.integrator
+    before, start = integrator.iterations, run.state.time
+    for _ in range(counted):
+        advance(run, math.inf)
+    return (integrator.iterations - before) / counted, (run.state.time - start) / counted
+
+
+def iterations() -> str:
+    """Iterations per step against grid, step and density."""
+    kinds = [(f"cluster of Fig. 4 ({FIG4_WAVE} half-waves)", FIG4_WAVE), ("dense cluster (1 half-wave)", DENSE_WAVE)]
+    rows = []
+    for name, wave in kinds:
+        for dt in STEPS_OF_TIME:
+            row = []
+            for nx in GRIDS:
+                count, mean = per_step(run_of(nx, moving(nx, wave), dt), SETTLING, COUNTED)
+                row.append(f"{count:.1f}" + (f" ({mean:.2g})" if mean < 0.9 * dt else ""))
+            rows.append([name, f"{dt:g}", *row])
+    row = []
+    for nx in GRIDS:
+        deck = deck_of(nx)
+        count, mean = per_step(run_of(nx, initial_state(deck)), 0, 100)
+        row.append(f"{count:.1f} ({mean:.2g})")
+    rows.append(["start of Fig. 4, first 100 steps", "chosen", *row])
+    densities = "; ".join(
+        f"{name}: n from {cluster(GRIDS[-1], wave).density.min():.2g} to {cluster(GRIDS[-1], wave).density.max():.4f}"
+        for name, wave in kinds
+    )
+    return f"""### Iterations per step
+
+One iteration is an exact residual and one V-cycle; a step ends when pressure and temperature are known to
+{lagrange.SOLVED:g}. Steady states at L = 5e4, f = 0.0235, aspect ratio 2, their temperature changed by a cosine of
+{PUSH:.0%}: mean of {COUNTED} steps after {SETTLING}, the step given by hand, not by the error; in brackets the mean
+step where the remap's limit made it shorter, or where the error chose it. On the finest grid:
+{densities}.
+
+{table(["state", "dt", *(f"{nx} x {2 * nx}" for nx in GRIDS)], rows)}"""
+
+
+class Clock:
+    """Adds up the time that functions take, by name, where they are looked up."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.calls: dict[str, int] = {}
+        self._undo: list[Callable[[], None]] = []
+
+    def watch(self, owner: Any, name: str, label: str) -> None:
+        """Time `owner.name` under `label`, until `stop`; what is not there is left out."""
+        inner = getattr(owner, name, None)
+        if inner is None:
+            return
+
+        def timed(*arguments: Any) -> Any:
+            start = time.perf_counter()
+            result = inner(*arguments)
+            self.seconds[label] = self.seconds.get(label, 0.0) + time.perf_counter() - start
+            self.calls[label] = self.calls.get(label, 0) + 1
+            return result
+
+        setattr(owner, name, timed)
+        self._undo.append(lambda: setattr(owner, name, inner))
+
+    def stop(self) -> None:
+        for undo in self._undo:
+            undo()
+
+
+PARTS = (
+    (lagrange, "look_ahead", "extrapolation"),
+    (lagrange, "carry", "swept profiles"),
+    (lagrange, "balance", "residuals"),
+    (lagrange, "couple", "derivatives"),
+    (multigrid.Hierarchy, "prepare", "coarse levels and stencils"),
+    (multigrid.Hierarchy, "cycle", "V-cycles"),
+    (lagrange, "correct", "corrections"),
+    (lagrange, "finish", "new state"),
+    (lagrange, "unforeseen", "error"),
+    (lagrange, "sweep_rate", "limit of the step"),
+)
+
+
+def parts(nx: int = 128, steps: int = 100) -> str:
+    """Milliseconds per step and per part, along the start of Fig. 4."""
+    run = run_of(nx, initial_state(deck_of(nx)))
+    for _ in range(20):
+        advance(run, math.inf)
+    clock = Clock()
+    for owner, name, label in PARTS:
+        clock.watch(owner, name, label)
+    integrator: Any = run.integrator
+    before, start = integrator.iterations, time.perf_counter()
+    for _ in range(steps):
+        advance(run, math.inf)
+    total = time.perf_counter() - start
+    clock.stop()
+    rows = [
+        [label, f"{clock.calls[label] / steps:.1f}", f"{1e3 * seconds / steps:.2f}", f"{seconds / total:.0%}"]
+        for label, seconds in clock.seconds.items()
+    ]
+    rest = total - sum(clock.seconds.values())
+    rows += [["the rest", "", f"{1e3 * rest / steps:.2f}", f"{rest / total:.0%}"]]
+    rows += [["whole step", "", f"{1e3 * total / steps:.2f}", "100%"]]
+    count = (integrator.iterations - before) / steps
+    return f"""### Milliseconds per step
+
+Fig. 4 on {nx} x {2 * nx} cells, {steps} steps after the first 20, {count:.1f} iterations per step, one thread.
+
+{table(["part", "calls per step", "ms per step", "share"], rows)}"""
+
+
+def assembled(level: multigrid.Level) -> sparse.csc_matrix:
+    """The matrix of a level: unknowns are pressures, then temperatures, of the cells in order."""
+    s, (nx, ny) = level.stencil.astype(float), level.shape
+    mass_x, mass_y = (faces[multigrid.MASS].astype(float) for faces in (level.faces_x, level.faces_y))
+    here = np.arange(nx * ny).reshape(nx, ny)
+    m = multigrid
+    below_x, above_x, below_y, above_y = (np.roll(here, k, a) for a in (0, 1) for k in (1, -1))
+    cells = nx * ny
+    entries = [
+        (0, 0, here, s[m.D11]), (0, 1, here, s[m.D12]), (1, 0, here, s[m.D21]), (1, 1, here, s[m.D22]),
+        (0, 0, below_x, -mass_x), (0, 0, above_x, -np.roll(mass_x, -1, 0)),
+        (0, 0, below_y, -mass_y), (0, 0, above_y, -np.roll(mass_y, -1, 1)),
+        (1, 0, below_x, s[m.XL_P]), (1, 1, below_x, s[m.XL_T]), (1, 0, above_x, s[m.XH_P]), (1, 1, above_x, s[m.XH_T]),
+        (1, 0, below_y, s[m.YL_P]), (1, 1, below_y, s[m.YL_T]), (1, 0, above_y, s[m.YH_P]), (1, 1, above_y, s[m.YH_T]),
+    ]  # fmt: skip
+    rows = np.concatenate([(row * cells + here).ravel() for row, _, _, _ in entries])
+    columns = np.concatenate([(column * cells + there).ravel() for _, column, there, _ in entries])
+    values = np.concatenate([value.ravel() for _, _, _, value in entries])
+    kept = values != 0.0
+    return sparse.csc_matrix((values[kept], (rows[kept], columns[kept])), shape=(2 * cells, 2 * cells))
+
+
+def by_cycles(hierarchy: multigrid.Hierarchy, matrix: sparse.csr_matrix, right: np.ndarray) -> tuple[np.ndarray, int]:
+    """Solution by V-cycles under residuals in double precision, and their number."""
+    finest, goal = hierarchy.levels[0], REACHED**2 * np.sum(right**2)
+    solution, residual, count = np.zeros_like(right), right, 0
+    while np.sum(residual**2) > goal and count < 100:
+        finest.right[:] = residual.reshape(finest.right.shape)
+        hierarchy.cycle()
+        solution = solution + finest.unknowns[:, :, 1:-1].reshape(-1)
+        residual = right - matrix @ solution
+        count += 1
+    return solution, count
+
+
+def median_ms(action: Callable[[], Any]) -> float:
+    """Median of some rounds."""
+    taken = []
+    for _ in range(ROUNDS):
+        start = time.perf_counter()
+        action()
+        taken.append(time.perf_counter() - start)
+    return 1e3 * float(np.median(taken))
+
+
+def linear() -> str:
+    """One linear solve by cycles and by a sparse factorization."""
+    rows = []
+    for nx in (64, 128):
+        for dt in (0.1, 1.0):
+            run = run_of(nx, moving(nx, FIG4_WAVE), dt)
+            _, mean = per_step(run, SETTLING, 1)
+            hierarchy: multigrid.Hierarchy = getattr(run.integrator, "_hierarchy")  # noqa: B009
+            matrix = assembled(hierarchy.levels[0])
+            by_rows, right = matrix.tocsr(), np.random.default_rng(1).standard_normal(matrix.shape[0])
+            solution, count = by_cycles(hierarchy, by_rows, right)
+            exact = splu(matrix).solve(right)
+            apart = np.linalg.norm(solution - exact) / np.linalg.norm(exact)
+            prepare, cycle = median_ms(hierarchy.prepare), median_ms(hierarchy.cycle)
+            whole = median_ms(lambda h=hierarchy, m=by_rows, r=right: by_cycles(h, m, r))
+            factor = median_ms(lambda m=matrix: splu(m))
+            factors = splu(matrix)
+            solve = median_ms(lambda f=factors, r=right: f.solve(r))
+            rows.append(
+                [f"{nx} x {2 * nx}", f"{mean:.2g}", f"{prepare:.1f}", f"{cycle:.2f}", count, f"{prepare + whole:.0f}",
+                 f"{factor:.0f}", f"{solve:.1f}", f"{(factor + solve) / (prepare + whole):.0f}", f"{apart:.0e}"]
+            )  # fmt: skip
+    header = ["grid", "dt", "set-up, ms", "V-cycle, ms", f"cycles to {REACHED:g}", "multigrid in all, ms"]
+    header += ["splu, ms", "its solve, ms", "ratio", "difference"]
+    return f"""### One linear solve beside scipy's splu
+
+The matrix of one step of the perturbed cluster of Fig. 4, assembled from the finest level's stencil; random right-hand
+side, medians of {ROUNDS}. A step of the integrator needs no solution to {REACHED:g}: one cycle per Newton iteration is
+enough.
+
+{table(header, rows)}"""
+
+
+def fig4() -> str:
+    """Fig. 4 by both integrators."""
+    results = {name: summary(Path("output/fig4_grids"), name, 32, "") for name in (EXPLICIT, IMPLICIT)}
+    rows = [[f"`{name}`", result["steps"], f"{result['wall_seconds']:.1f}"] for name, result in results.items()]
+    ratio = results[EXPLICIT]["wall_seconds"] / results[IMPLICIT]["wall_seconds"]
+    return f"""### Fig. 4 by both integrators
+
+`problems/fig4.toml` to t = 1290 on 32 x 64 cells, pictures and compilation left out; ratio {ratio:.0f}. The errors are
+similar, see [fig4.md](fig4.md); it also has finer grids.
+
+{table(["integrator", "steps", "seconds"], rows)}"""
+
+
+ALL: dict[str, Callable[[], str]] = {"iterations": iterations, "parts": parts, "linear": linear, "fig4": fig4}
+
+
+def main() -> None:
+    """Print the section."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(ALL)}; all by default")
+    wanted = parser.parse_args().parts or list(ALL)
+    if unknown := set(wanted) - set(ALL):
+        parser.error(f"no such part: {', '.join(unknown)}")
+    print("## The implicit integrator\n")
+    print(f"Printed by `python benchmarks/implicit.py`. Processor: {processor()}.")
+    for name in wanted:
+        print("\n" + ALL[name](), flush=True)
+
+
+if __name__ == "__main__":
+    main()
