@@ -275,7 +275,7 @@ def fig4() -> str:
     return f"""### Fig. 4 by both integrators
 
 `problems/fig4.toml` to t = 1290 on 32 x 64 cells, pictures and compilation left out; ratio {ratio:.0f}. The errors are
-similar, see [fig4.md](fig4.md); it also has finer grids.
+similar, see [fig4.md](fig4.md), where these runs come from; it also has finer grids.
 
 {table(["integrator", "steps", "seconds"], rows)}"""
 
