@@ -156,7 +156,8 @@ def smooth(level: Level, first: bool) -> None:
     """Block Jacobi sweeps with Chebyshev weights; the first one from zero if `first`."""
     for number, weight in enumerate(CHEBYSHEV):
         if first and number == 0:
-            start(level.stencil, level.right, np.float32(weight), level.unknowns)
+            level.unknowns[:] = 0.0
+            relax(level.stencil, level.right, np.float32(weight), level.unknowns)
         else:
             residual(level.stencil, level.faces_x, level.faces_y, level.unknowns, level.right, level.change)
             relax(level.stencil, level.change, np.float32(weight), level.unknowns)
@@ -291,24 +292,6 @@ def relax_row(v11, v12, v21, v22, r_1, r_2, weight, p, t):
     for j in range(np.uint64(r_1.size)):
         p[j + ONE] += weight * (v11[j] * r_1[j] + v12[j] * r_2[j])
         t[j + ONE] += weight * (v21[j] * r_1[j] + v22[j] * r_2[j])
-
-
-@kernel
-def start(stencil, right, weight, unknowns):
-    """The first sweep, from zero."""
-    for i in range(right.shape[1]):
-        start_row(
-            stencil[V11, i], stencil[V12, i], stencil[V21, i], stencil[V22, i], right[0, i], right[1, i], weight,
-            unknowns[0, i], unknowns[1, i],
-        )  # fmt: skip
-
-
-@part
-def start_row(v11, v12, v21, v22, r_1, r_2, weight, p, t):
-    """One row of cells."""
-    for j in range(np.uint64(r_1.size)):
-        p[j + ONE] = weight * (v11[j] * r_1[j] + v12[j] * r_2[j])
-        t[j + ONE] = weight * (v21[j] * r_1[j] + v22[j] * r_2[j])
 
 
 @kernel
