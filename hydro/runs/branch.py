@@ -26,7 +26,6 @@ from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.steady.balance import Balance
 from hydro.steady.continuation import (
     PARAMETERS,
-    Bifurcation,
     ExtendedBranch,
     Family,
     Point,
@@ -93,7 +92,7 @@ class Survey:
         if not self.bifurcations:
             raise RunFailed(self.nothing_found())
 
-    def follow(self, start: Bifurcation, stop: StopOnSignal) -> None:
+    def follow(self, start: Point, stop: StopOnSignal) -> None:
         """One branch: its points, folds, and where it ends."""
         name = f"branch {len(self.bifurcations) + 1}"
         self.bifurcations.append(self.bifurcation(start, name))
@@ -120,7 +119,7 @@ class Survey:
         for found in self.extended.bifurcations(np.clip(span, *self.limits)):
             self.bifurcations.append(self.bifurcation(found, name) | {"direction": self.direction(self.points[-1])})
 
-    def bifurcation(self, found: Bifurcation, branch: str) -> dict[str, Any]:
+    def bifurcation(self, found: Point, branch: str) -> dict[str, Any]:
         """The entry of a bifurcation whose first state is not known yet."""
         mesh = self.family.base.mesh
         on_wall = wall_profile(expit(-found.vector[:-2]).reshape(mesh.cells), mesh)
@@ -130,7 +129,7 @@ class Survey:
         """The kind of bifurcation, from a state next to it: stable states leave a supercritical one."""
         return "supercritical" if row["growth_rates"][self.own_sector] < 0.0 else "subcritical"
 
-    def known(self, start: Bifurcation) -> bool:
+    def known(self, start: Point) -> bool:
         """Whether a branch has already been followed from, or to, this bifurcation."""
         parameter = self.deck.branch.parameter
         here = self.place(start.value)[parameter]

@@ -147,23 +147,10 @@ class Family:
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A point of a branch: its vector and unit tangent."""
+    """A point of a branch: its vector and unit tangent; where a branch leaves the extended state, the way it leaves."""
 
     vector: np.ndarray
     tangent: np.ndarray
-
-    @property
-    def value(self) -> float:
-        """The parameter."""
-        return math.exp(self.vector[-1])
-
-
-@dataclass(frozen=True, eq=False)
-class Bifurcation:
-    """Where a branch with one half-wave leaves the extended state: vector there, and the direction it leaves in."""
-
-    vector: np.ndarray
-    direction: np.ndarray
 
     @property
     def value(self) -> float:
@@ -215,7 +202,7 @@ class ExtendedBranch:
         leading = int(np.argmax(values.real))
         return float(values[leading].real), vectors[:, leading].real
 
-    def bifurcations(self, values: np.ndarray) -> list[Bifurcation]:
+    def bifurcations(self, values: np.ndarray) -> list[Point]:
         """Where the half-wave changes from growing to decaying, between neighbours of `values`."""
         rates = [self.half_wave(value)[0] for value in values]
         found = []
@@ -224,20 +211,20 @@ class ExtendedBranch:
                 found.append(self._bifurcation(brentq(lambda value: self.half_wave(value)[0], low, high, rtol=1e-12)))
         return found
 
-    def _bifurcation(self, value: float) -> Bifurcation:
+    def _bifurcation(self, value: float) -> Point:
         _, change = self.half_wave(value)
         change = change * -np.sign(change[0])  # denser at y = 0
         wave = np.cos(np.pi * (np.arange(self._cells) + 0.5) / self._cells)
         direction = np.concatenate([np.outer(change, wave).ravel(), [0.0, 0.0]])
-        return Bifurcation(self.vector(value), direction / self.family.length(direction))
+        return Point(self.vector(value), direction / self.family.length(direction))
 
 
-def follow(family: Family, start: Bifurcation, limits: tuple[float, float], longest: float) -> Iterator[Point]:
+def follow(family: Family, start: Point, limits: tuple[float, float], longest: float) -> Iterator[Point]:
     """The points of the branch that leaves the extended state at `start`, until it leaves the limits or returns.
 
     longest: the longest step. RunFailed where the branch cannot be followed, with how far it got.
     """
-    here, direction, step = start.vector, start.direction, FIRST * longest
+    here, direction, step = start.vector, start.tangent, FIRST * longest
     while True:
         try:
             vector, iterations = family.corrected(here + step * direction, direction)
