@@ -12,6 +12,8 @@ import numba
 import numpy as np
 
 from hydro.dynamics import Godunov
+from hydro.dynamics.integrator import Integrator
+from hydro.dynamics.lagrange import LagrangeRemap
 from hydro.exact import SimpleWave, cell_averages
 from hydro.gas import Grossman, HardDisks
 from hydro.mesh import Mesh
@@ -54,12 +56,16 @@ class Case:
         return time.perf_counter() - start
 
 
-def problem(n: int, kind: str) -> tuple[State, Godunov]:
-    """n x n cells: the hydrodynamic update alone ("ideal", periodic) or with heat, friction and wall ("full")."""
-    full = kind == "full"
-    mesh = Mesh.rectangle((n, n), periodic=(not full, not full))
-    state = rippled(granular_gas(K if full else 0.0), mesh)
-    return state, Godunov(state.gas, VibratingWall(W), mesh, TAU if full else math.inf)
+def problem(n: int, kind: str) -> tuple[State, Integrator]:
+    """n x n cells: the hydrodynamic update alone ("ideal", periodic) or with heat, friction and wall ("full").
+
+    Both by `godunov`; "implicit" is the second by `lagrange-remap`.
+    """
+    ideal = kind == "ideal"
+    mesh = Mesh.rectangle((n, n), periodic=(ideal, ideal))
+    state = rippled(granular_gas(0.0 if ideal else K), mesh)
+    method = LagrangeRemap if kind == "implicit" else Godunov
+    return state, method(state.gas, VibratingWall(W), mesh, math.inf if ideal else TAU)
 
 
 def granular_gas(K: float = 0.0) -> Grossman:

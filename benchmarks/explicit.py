@@ -30,6 +30,7 @@ from hydro.mesh import Mesh
 
 FRESH = Path(__file__).with_name("fresh.py")
 KINDS = ("ideal", "full")
+ALL_KINDS = (*KINDS, "implicit")
 PYRO_SETUPS: dict[str, dict[str, float]] = {
     "pyro2, its defaults": {},
     "pyro2, no flattening, no artificial viscosity": {
@@ -130,7 +131,7 @@ def memory(effort: Effort, _: Path) -> str:
     """Bytes per cell, by the slope of the peak memory between two grids."""
     small, large = effort.memory
     rows = []
-    for kind in KINDS:
+    for kind in ALL_KINDS:
         peaks = [fresh("memory", str(n), kind)["bytes"] for n in effort.memory]
         rows.append([kind, f"{(peaks[1] - peaks[0]) / (large**2 - small**2):.0f}"])
     return f"Slope of the peak between {small}^2 and {large}^2 cells.\n\n" + table(["kind", "bytes per cell"], rows)
@@ -139,7 +140,7 @@ def memory(effort: Effort, _: Path) -> str:
 def starts(effort: Effort, _: Path) -> str:
     """Seconds to the first steps, with an empty and with a full kernel cache."""
     rows = []
-    for kind in KINDS:
+    for kind in ALL_KINDS:
         with tempfile.TemporaryDirectory(prefix="hydro-cache-") as cache:
             cold = fresh("start", kind, str(time.time()), cache=cache)
             warm = [fresh("start", kind, str(time.time()), cache=cache) for _ in range(effort.starts)]

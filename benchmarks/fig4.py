@@ -14,6 +14,7 @@ import argparse
 import json
 import math
 import shutil
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -137,7 +138,33 @@ def order(first: float, second: float) -> str:
     return f"{math.log2(ratio):.2f}" if ratio > 1.0 else "none"
 
 
-def limits(numbers: dict[int, list[float]], steps_error: list[str]) -> list[str]:
+def richardson(sequence: Sequence[float]) -> tuple[float, float]:
+    """Limit for second order from the two finest of grids that double, and its error by the three finest."""
+    first, second = sequence[-2] - sequence[-3], sequence[-1] - sequence[-2]
+    return sequence[-1] + second / 3.0, abs(4.0 * second - first) / 3.0
+
+
+def agreement(
+    implicit: dict[int, list[float]], explicit: dict[int, list[float]], steps_error: list[float]
+) -> list[str]:
+    """Limits of both integrators from the grids that both have, and differences grid by grid."""
+    grids = sorted(set(implicit) & set(explicit))
+    header = ["number", f"`{IMPLICIT}`", f"`{EXPLICIT}`", "apart by", "errors together", ""]
+    header += [f"difference, {nx} (change)" for nx in grids]
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    for k, name in enumerate(NAMES):
+        ours, theirs = [implicit[nx][k] for nx in grids], [explicit[nx][k] for nx in grids]
+        (limit, error), (other, other_error) = richardson(ours), richardson(theirs)
+        both, apart = error + other_error + steps_error[k], abs(limit - other)
+        cells = [name, f"{limit:.5f} +- {error + steps_error[k]:.5f}", f"{other:.5f} +- {other_error:.5f}"]
+        cells += [f"{apart:.5f}", f"{both:.5f}", "agree" if apart <= both else "**differ**"]
+        changes = ["", *(f" ({b / a - 1.0:+.2%})" for a, b in pairwise(theirs))]
+        cells += [f"{a / b - 1.0:+.2%}{change}" for a, b, change in zip(ours, theirs, changes, strict=True)]
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def limits(numbers: dict[int, list[float]], steps_error: list[float]) -> list[str]:
     """Observed orders and Richardson limits with their errors, from grids that double, and errors of the steps."""
     grids = sorted(numbers)
     triples = list(zip(grids, grids[1:], grids[2:], strict=False))
@@ -156,9 +183,9 @@ def limits(numbers: dict[int, list[float]], steps_error: list[str]) -> list[str]
         sequence = [numbers[nx][k] for nx in grids]
         steps = [b - a for a, b in pairwise(sequence)]
         orders = [order(a, b) for a, b in pairwise(steps)]
-        limit, error = sequence[-1] + steps[-1] / 3.0, abs(4.0 * steps[-1] - steps[-2]) / 3.0
+        limit, error = richardson(sequence)
         found.append(limit)
-        cells = [name, f"{paper[k]:.3f}", *orders, f"{limit:.5f}", f"{error:.5f}", steps_error[k]]
+        cells = [name, f"{paper[k]:.3f}", *orders, f"{limit:.5f}", f"{error:.5f}", f"{steps_error[k]:.5f}"]
         cells.append(f"{math.log(limit / paper[k]):+.3f}")
         lines.append("| " + " | ".join(cells) + " |")
     said = f"Rms of the eight log ratios of the limits to the paper's numbers: {rms_log_ratio(found):.3f}."
@@ -173,6 +200,15 @@ Richardson's for second order from the two finest grids, a3 + (a3 - a2)/3. The e
 difference to the same limit from the grids before, |4 (a3 - a2) - (a2 - a1)|/3, which vanishes where the order is 2.
 The error of the steps in time is 4/3 of the change by a quarter of the tolerance, which is half the step, on
 {on} x {double} cells: the error of the default tolerance there, for second order.
+"""
+
+AGREEMENT = """
+## Limits of both integrators
+
+Limits and errors of the grid as above, both from the grids {grids} in x. The steps of `godunov` shrink with the cells,
+so its limit is that of grid and step together; to the error of `lagrange-remap` that of its steps, above, is added.
+Then relative differences, `lagrange-remap` from `godunov`, grid by grid; in brackets the change of `godunov` from the
+grid before.
 """
 
 KEPT_NOTE = """
@@ -230,9 +266,13 @@ def main() -> None:
     if len(found) > 2:
         finer = by_implicit.get((FINER_STEPS_ON, "a quarter of the tolerance"))
         pairs = zip(found[FINER_STEPS_ON], finer, strict=True) if finer else ()
-        errors = [f"{4.0 / 3.0 * abs(a - b):.5f}" for a, b in pairs] or [""] * len(NAMES)
+        errors = [4.0 / 3.0 * abs(a - b) for a, b in pairs] or [math.nan] * len(NAMES)
         print(LIMITS.format(on=FINER_STEPS_ON, double=2 * FINER_STEPS_ON))
         print("\n".join(limits(found, errors)))
+        others = {nx: numbers for (nx, variant), numbers in by_explicit.items() if not variant}
+        if len(grids := sorted(set(found) & set(others))) > 2:
+            print(AGREEMENT.format(grids=", ".join(map(str, grids))))
+            print("\n".join(agreement(found, others, errors)))
 
 
 if __name__ == "__main__":
