@@ -19,6 +19,8 @@ from hydro.runs.checkpoint import read_checkpoint
 
 SMALL = {
     "fig4": ("mesh.cells=[16,32]", "time.end=5.0", "output.times=[2.0,5.0]"),
+    "ratio1": ("mesh.cells=[16,16]", "time.end=5.0", "output.times=[5.0]"),
+    "ratio3": ("mesh.cells=[8,24]", "time.end=5.0", "output.times=[5.0]"),
     "sod": ("mesh.cells=[100,4]",),
     "cooling": ("mesh.cells=[8,8]",),
     "noise": ("mesh.cells=[16,32]", "time.end=5.0", "output.times=[5.0]"),

@@ -22,6 +22,7 @@ class About(Section):
 
     title: Text = Field(default="", description="title shown in reports")
     reference: Text = Field(default="", description="paper, equation or figure that the deck belongs to")
+    notes: Text = Field(default="", description="what a reader should know, such as assumptions that do not hold")
 
 
 class Gas(Section):

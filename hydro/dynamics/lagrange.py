@@ -40,8 +40,8 @@ TOLERANCE = 3e-4  # when a deck gives none
 LONGER, SHORTER = 1.5, 0.3  # limits of a change of the step
 SAFETY = 0.9
 REJECTED = 2.0  # times the tolerance
-SOLVED = 1e-8  # largest relative error of pressure and temperature, estimated from the last two iterations
-SLOWEST = 0.99  # contraction of the iteration that this estimate reckons with
+SOLVED = 1e-8  # largest relative error of pressure and temperature, estimated from changes and contraction
+SLOWEST = 0.99  # contraction of the iteration that this estimate reckons with; it takes the slowest in a step
 ITERATIONS = 40
 FIRST_STEP = 0.1  # of the time in which sound crosses a cell
 
@@ -72,6 +72,8 @@ class Work(NamedTuple):
     kappa: np.ndarray
     cooling: np.ndarray
     kappa_slopes: np.ndarray  # (2, nx, ny), in P and in T
+    suggested: np.ndarray  # (2, nx, ny), float32, changes of P and T: what the last cycle suggested
+    taken: np.ndarray  # and what was done
     lines: np.ndarray  # (LINES, ny + 4), scratch
     wall_flux: np.ndarray  # (ny,)
     wall_temperature: np.ndarray  # (ny,)
@@ -91,7 +93,7 @@ class LagrangeRemap:
 
     cfl: largest share of a cell that a face may sweep in a step. tolerance: largest root mean square change, relative,
     of density and pressure (and of the velocity, against sound) that the last two states do not foresee. State and work
-    space take 530 bytes per cell. ValueError for a mesh of a single cell in a direction.
+    space take 550 bytes per cell. ValueError for a mesh of a single cell in a direction.
     """
 
     def __init__(
@@ -113,8 +115,8 @@ class LagrangeRemap:
         self._work = Work(
             np.zeros((4, nx, ny)), np.zeros((4, nx, ny)), np.zeros((2, nx, ny)), np.zeros((2, nx, ny)),
             np.zeros((2, nx, ny)), np.zeros((nx, ny)), np.zeros((nx, ny)), np.zeros((nx, ny)),
-            np.zeros((nx, ny)), np.zeros((nx, ny)), np.zeros((2, nx, ny)), np.zeros((LINES, ny + 4)), np.zeros(ny),
-            np.zeros(ny),
+            np.zeros((nx, ny)), np.zeros((nx, ny)), np.zeros((2, nx, ny)), np.zeros((2, nx, ny), np.float32),
+            np.zeros((2, nx, ny), np.float32), np.zeros((LINES, ny + 4)), np.zeros(ny), np.zeros(ny),
         )  # fmt: skip
         self._hierarchy = multigrid.Hierarchy(mesh)
         self._last = np.zeros((4, nx, ny))  # the state before
@@ -173,7 +175,7 @@ class LagrangeRemap:
         P, T = self._unknowns
         P[:] = work.ahead[3]
         T[:] = self.gas.temperature(work.ahead[0], P)
-        before, change = 0.0, 0.0
+        change, rate = math.inf, 0.0
         for iteration in range(ITERATIONS):
             balance(self.gas, self.wall, self._grid, P, T, h, friction, work, finest.right)
             if iteration == 0:
@@ -181,10 +183,10 @@ class LagrangeRemap:
                 self._couple_wall(P[-1], T[-1], h, finest)
                 self._hierarchy.prepare()
             self._hierarchy.cycle()
-            before, change = change, correct(finest.unknowns, P, T)
+            before, change = change, correct(finest.unknowns, iteration > 0, work.suggested, work.taken, P, T)
             self.iterations += 1
-            rate = min(change / before, SLOWEST) if before > 0.0 else SLOWEST
-            if change * rate / (1.0 - rate) < SOLVED:
+            rate = min(max(rate, change / before), SLOWEST)
+            if change == 0.0 or (iteration > 0 and change * rate / (1.0 - rate) < SOLVED):
                 return
         raise StepRejected(f"the implicit stage does not converge: last change {change:.2g}")
 
@@ -648,19 +650,46 @@ def couple_line(geometry, T, kappa, kappa_P, kappa_T, flow, energy, push, conduc
 
 
 @kernel
-def correct(change, P, T):
-    """Add the change (2, nx, ny + 2) to the unknowns, none by more than half; returns the largest relative change."""
+def correct(change, mixed, suggested, taken, P, T):
+    """Change the unknowns as the cycle suggests, mixed with the last step; returns the largest relative change.
+
+    change: (2, nx, ny + 2), what the cycle suggests. suggested, taken: (2, nx, ny), what it suggested the last time
+    and what was done then; they are set anew. Mixing is Anderson's (1965) of depth one, in the mean square of relative
+    changes: it takes care of a single smooth mode that the cycle meets badly. No unknown changes by more than half.
+    """
+    weight = mixing(change, suggested, P, T) if mixed else 0.0
     largest = 0.0
     for i in range(P.shape[0]):
-        for j in range(P.shape[1]):
-            size = max(abs(change[0, i, j + 1] / P[i, j]), abs(change[1, i, j + 1] / T[i, j]))
-            largest = largest if size <= largest else size
+        for q, unknown in enumerate((P, T)):
+            new, old, last, values = change[q, i], suggested[q, i], taken[q, i], unknown[i]
+            for j in range(np.uint64(values.size)):
+                last[j] = new[j + ONE] - weight * (last[j] + new[j + ONE] - old[j])
+                old[j] = new[j + ONE]
+                size = abs(last[j] / values[j])
+                largest = largest if size <= largest else size
     share = min(1.0, 0.5 / largest) if largest > 0.0 else 1.0
     for i in range(P.shape[0]):
-        for j in range(P.shape[1]):
-            P[i, j] += share * change[0, i, j + 1]
-            T[i, j] += share * change[1, i, j + 1]
+        for q, unknown in enumerate((P, T)):
+            last, values = taken[q, i], unknown[i]
+            for j in range(np.uint64(values.size)):
+                last[j] *= share
+                values[j] += last[j]
     return largest
+
+
+@part
+def mixing(change, suggested, P, T):
+    """The share of the last step to take back that makes the suggestion least."""
+    along, square = 0.0, 0.0
+    for i in range(P.shape[0]):
+        for q, unknown in enumerate((P, T)):
+            new, old, values = change[q, i], suggested[q, i], unknown[i]
+            for j in range(np.uint64(values.size)):
+                over = 1.0 / values[j]
+                turn = (new[j + ONE] - old[j]) * over
+                along += new[j + ONE] * over * turn
+                square += turn * turn
+    return along / square if square > 0.0 else 0.0
 
 
 @kernel
