@@ -109,6 +109,8 @@ def read_history(path: str | os.PathLike[str]) -> pd.DataFrame:
         folder.load()
         raise DeckError(f"{path} has no {folder.history.name}", "run folder") from None
     whole_lines = text[: text.rfind("\n") + 1]
+    if not whole_lines:
+        raise DeckError(f"{path} has no rows in {folder.history.name} yet", "run folder")
     return pd.read_csv(io.StringIO(whole_lines), index_col="time")
 
 
@@ -148,7 +150,9 @@ def _states(folder: RunFolder, deck: Any) -> Axis:
 @AXES.register("branch")
 def _points(folder: RunFolder, deck: Any) -> Axis:
     if deck.branch.parameter == "aspect_ratio":
-        raise DeckError(f"{folder.path} holds a branch in aspect_ratio: its points have no mesh in common", "run folder")
+        raise DeckError(
+            f"{folder.path} holds a branch in aspect_ratio: its points have no mesh in common", "run folder"
+        )
     rows = pd.read_csv(folder.points) if folder.points.exists() else pd.DataFrame()
     files = [folder.checkpoints / f"{number + 1:04d}.h5" for number in range(len(rows))]
     return Axis("point", files, {name: ("point", rows[name].to_numpy()) for name in rows})

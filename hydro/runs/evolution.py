@@ -65,16 +65,16 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
             raise type(error)(f"{error}\nthe last good state is saved in {keeper.latest}") from error
         summary = keeper.finish(run, compile_seconds, completed=True)
     if deck.output.movie:
-        make_movie(deck, folder, quiet)
+        close_with_movie(deck, folder, quiet)
     return summary
 
 
-def make_movie(deck: EvolutionDeck, folder: RunFolder, quiet: bool) -> None:
-    """The movie of a run that is complete; RunFailed says so if there is none."""
-    from hydro.pictures.movie import movie  # matplotlib is slow to import
+def close_with_movie(deck: EvolutionDeck, folder: RunFolder, quiet: bool) -> None:
+    """Make the movie of a run that is complete; RunFailed says so if that fails."""
+    from hydro.runs.movie import make_movie  # matplotlib is slow to import
 
     try:
-        movie(deck, folder, quiet)
+        make_movie(deck, folder, quiet)
     except (HydroError, OSError) as error:
         raise RunFailed(f"the run is complete and saved in {folder.path}, but not its movie: {error}") from error
 

@@ -34,6 +34,7 @@ class RunFolder:
         self.series = path / "checkpoints.xdmf"
         self.frames = path / "frames"
         self.movie = path / "movie.mp4"
+        self.gif = path / "movie.gif"
         self.pictures = path / "pictures"
 
     def load(self, overrides: Iterable[str] = ()) -> Deck:

@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from hydro.errors import CheckpointError
 from hydro.runs.files import replacing
 from hydro.runs.march import Run
 from hydro.runs.trackers import Quiet, multiple_after
@@ -43,8 +44,17 @@ def write_frame(folder: Path, state: State) -> None:
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs.update(format=FORMAT, time=state.time, time_unit="L_x/T_*^(1/2)")
         shown = state.density.T.astype(np.float32)
-        density = file.create_dataset("density", data=shown, compression="gzip", shuffle=True)
+        density = file.create_dataset("density", data=shown, compression="gzip", shuffle=True, fletcher32=True)
         density.attrs.update(long_name="number density", units="n_c")
+
+
+def read_frame(path: Path) -> np.ndarray:
+    """The density of a frame, shape (nx, ny); CheckpointError if the file cannot be read."""
+    try:
+        with h5py.File(path, "r") as file:
+            return file["density"][:].T
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+        raise CheckpointError(f"{path}: not a readable frame ({error})") from error
 
 
 def frames(folder: Path) -> list[Path]:

@@ -40,7 +40,6 @@ ATTRIBUTE = """\
 ITEM = '<DataItem Dimensions="{shape}" NumberType="Float" Precision="8" Format="HDF">{file}:/{name}</DataItem>'
 
 
-
 class Series:
     """The page of the checkpoints in a folder, to be updated when one is written or removed.
 
