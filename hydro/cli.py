@@ -92,7 +92,7 @@ def movie(words: list[str]) -> int:
     from hydro.runs.folder import RunFolder
 
     folder = RunFolder(options.folder)
-    deck = folder.load([f"movie.{word.removeprefix('movie.')}" for word in options.keys])
+    deck = folder.load_deck([f"movie.{word.removeprefix('movie.')}" for word in options.keys])
 
     from hydro.runs.movie import make_movie
 

@@ -49,22 +49,22 @@ AXES: Registry[Callable[[RunFolder, Any], Axis]] = Registry("kind of run")
 def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
     """The states of the run in the folder `path`, as an xarray Dataset that reads a field when it is needed.
 
-    Dimensions are x, y and, before them, `time` of an evolution, `state` of a steady run, `point` of a branch. Scaled
-    units, which the attributes of each variable name, as do its long name. Beside the conserved fields of the
-    checkpoints: velocity, temperature, pressure, sound speed, Mach number, mean free path, and the local Knudsen
-    number l |grad n|/n, that is the mean free path over the length on which the density changes. The attributes of the
-    Dataset hold the deck as TOML and the version of the program. Checkpoints that cannot be read are left out, with a
-    warning.
+    Dimensions are x, y and, before them, `time` of an evolution, `state` of a steady run, `point` of a branch. Fields
+    are cell averages, the cells' widths are the coordinates dx and dy. Units are scaled; the attributes of each
+    variable hold its unit and long name. Beside the conserved fields of the checkpoints: velocity, temperature,
+    pressure, sound speed, Mach number, mean free path, and the local Knudsen number l |grad n|/n, that is the mean free
+    path over the length on which the density changes. The attributes of the Dataset hold the deck as TOML and the
+    version of the program. Checkpoints that cannot be read are left out, with a warning.
 
     DeckError where the folder holds no run, or one without states of one mesh; CheckpointError where it has none yet,
     and, later, where a field cannot be read.
     """
     folder = RunFolder(Path(path))
-    deck: Any = folder.load()
+    deck: Any = folder.load_deck()
     try:
         axis = AXES[deck.kind](folder, deck)
     except UnknownName:
-        raise DeckError(f"{path} holds a {deck.kind} run, which keeps no states", "run folder") from None
+        raise DeckError(f"{path} holds a run of kind {deck.kind!r}, which keeps no states", "run folder") from None
     if not axis.files:
         raise CheckpointError(f"{path} has no checkpoints yet")
     mesh = mesh_of(deck)
@@ -79,6 +79,8 @@ def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
             **axis.coordinates,
             "x": ("x", mesh.x, _words("cell centres in x", "L_x")),
             "y": ("y", mesh.y, _words("cell centres in y", "L_x")),
+            "dx": ("x", mesh.dx, _words("cell widths in x", "L_x")),
+            "dy": ("y", mesh.dy, _words("cell widths in y", "L_x")),
         },
         {
             "title": deck.about.title,
@@ -106,7 +108,7 @@ def read_history(path: str | os.PathLike[str]) -> pd.DataFrame:
     try:
         text = folder.history.read_text(encoding="utf-8")
     except FileNotFoundError:
-        folder.load()
+        folder.load_deck()
         raise DeckError(f"{path} has no {folder.history.name}", "run folder") from None
     whole_lines = text[: text.rfind("\n") + 1]
     if not whole_lines:

@@ -55,7 +55,7 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
             stop,
         ]
         if deck.output.movie:
-            trackers.append(Frames(folder.frames, deck.movie_interval))
+            trackers.append(Frames(folder.frames, deck.movie_interval, state.time))
         if not quiet:
             trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
         try:

@@ -37,10 +37,10 @@ class RunFolder:
         self.gif = path / "movie.gif"
         self.pictures = path / "pictures"
 
-    def load(self, overrides: Iterable[str] = ()) -> Deck:
+    def load_deck(self, overrides: Iterable[str] = ()) -> Deck:
         """The deck of the run that the folder holds, changed by overrides; DeckError if it holds none."""
-        if not self.deck.exists():
-            raise DeckError(f"{self.path} holds no run: it has no {self.deck.name}", "run folder")
+        if not self.deck.is_file():
+            raise DeckError(f"{self.path} is no folder of a run: it has no {self.deck.name}", "run folder")
         return load(self.deck, overrides)
 
     def check(self, overwrite: bool) -> None:

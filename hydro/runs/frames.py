@@ -23,12 +23,13 @@ FORMAT = "hydro frame"
 class Frames(Quiet):
     """Keeps a frame of the first step after each interval, and of the last.
 
-    Goes on after the frames that the folder holds.
+    Goes on after the frames that the folder holds; those later than `begin`, the time of the first look, are removed.
     """
 
-    def __init__(self, folder: Path, interval: float):
+    def __init__(self, folder: Path, interval: float, begin: float):
         self.folder, self.interval = folder, interval
         folder.mkdir(exist_ok=True)
+        forget_after(folder, begin)
         self._due = multiple_after(max(map(frame_time, frames(folder)), default=-math.inf), interval)
 
     def look(self, run: Run) -> None:

@@ -46,7 +46,7 @@ def make_movie(deck: Any, folder: RunFolder, quiet: bool = False) -> list[Path]:
     fails. What cannot be read is named on stderr and left out.
     """
     if not isinstance(deck, EvolutionDeck):
-        raise DeckError(f"{folder.path} holds a {deck.kind} run; movies are made of evolutions", "run folder")
+        raise DeckError(f"{folder.path} holds a run of kind {deck.kind!r}; movies are made of evolutions", "run folder")
     source, mesh, look = source_in(folder), mesh_of(deck), deck.movie
     times = list(source.times.values())
     interval = interval_of(times, deck.movie_interval, look.frames_per_second)
