@@ -23,8 +23,8 @@ checkpoints, pictures, tables. Exit codes: 0 done; 2 bad deck or arguments; 3 it
 4 stopped by a signal, what was finished is saved; 5 a claim of the verification book fails."""
 
 MOVIE_EPILOG = """\
-The keys say how the movie looks: colours (gray, viridis, cividis, magma, inferno), scale (linear, log), limits (of
-each frame, or of the run), traces (true, false), frames_per_second, gif (true, false). See docs/looking.md."""
+The keys say how the movie looks: colours (gray, viridis, cividis, magma, inferno), scale (linear, log), limits
+(frame, run), traces (true, false), frames_per_second, gif (true, false). See docs/looking.md."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

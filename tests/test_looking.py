@@ -24,7 +24,7 @@ from PIL import Image
 import hydro
 from hydro.cli import MOVIE_EPILOG, main
 from hydro.deck import load
-from hydro.deck.evolution import COLOURS, SCALES, Movie
+from hydro.deck.evolution import COLOURS, LIMITS, SCALES, Movie
 from hydro.errors import CheckpointError, DeckError
 from hydro.mesh import Mesh
 from hydro.pictures.moving import NORMS, MovingPicture, averages
@@ -195,6 +195,11 @@ def test_bad_looks_are_refused(filmed, words, expected, capsys):
     assert expected in capsys.readouterr().err
 
 
+def test_frames_cannot_fill_the_disk(capsys):
+    assert main(["check", str(PROBLEMS / "fig4.toml"), "output.movie=true", "output.movie_every=1e-20"]) == 2
+    assert "output.movie_every" in capsys.readouterr().err
+
+
 def test_movies_are_made_of_evolutions(run_deck, tmp_path, capsys):
     folder, _ = run_deck("fig3a", "mesh.cells=[16,16]")
     assert main(["movie", str(folder)]) == 2 and "'steady'; movies are made of evolutions" in capsys.readouterr().err
@@ -210,7 +215,7 @@ def test_a_movie_that_fails_leaves_the_run_complete_and_nothing_half(run_deck, m
 
 def test_every_key_of_the_look_is_in_the_help_and_known_to_the_pictures():
     assert all(f"{key} (" in MOVIE_EPILOG or f"{key}," in MOVIE_EPILOG for key in Movie.model_fields)
-    assert all(name in MOVIE_EPILOG for name in (*COLOURS, *SCALES))
+    assert all(name in MOVIE_EPILOG for name in (*COLOURS, *SCALES, *LIMITS))
     assert set(NORMS) == set(SCALES)
 
 
@@ -252,7 +257,7 @@ def test_memory_does_not_grow_with_the_length_of_a_movie(copy):
 
 
 def stripes(cells, stretch=1.0, aspect_ratio=2.0):
-    """A mesh, and a density that is dense in the first third of the cells in x, and in the last quarter of those in y."""
+    """A mesh, and a density that is larger in the first third of the cells in x, and in the last quarter in y."""
     mesh = Mesh.rectangle(cells, aspect_ratio, stretch)
     density = np.full(cells, 0.1)
     density[: cells[0] // 3] = 0.2
