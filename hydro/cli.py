@@ -13,6 +13,7 @@ from hydro.errors import HydroError, RunFailed, Stopped
 
 USAGE = """\
 python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite]
+       python -m hydro movie RUNDIR [key=value ...] [--quiet]
        python -m hydro check DECK.toml [section.key=value ...]
        python -m hydro verify [--full]"""
 
@@ -20,6 +21,10 @@ EPILOG = """\
 A run writes output/<deck name>/ unless --output names another folder: the resolved deck, summary.json,
 checkpoints, pictures, tables. Exit codes: 0 done; 2 bad deck or arguments; 3 it failed, what was good is saved;
 4 stopped by a signal, what was finished is saved; 5 a claim of the verification book fails."""
+
+MOVIE_EPILOG = """\
+The keys say how the movie looks: colours (gray, viridis, cividis, magma, inferno), scale (linear, log), limits
+(frame, run), traces (true, false), frames_per_second, gif (true, false). See docs/looking.md."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -74,6 +79,29 @@ def run(words: list[str]) -> int:
     return 0
 
 
+def movie(words: list[str]) -> int:
+    """Make the movie of an evolution, at its end or while it goes on."""
+    parser = argparse.ArgumentParser(
+        "python -m hydro movie", description="Make movie.mp4 and movie.gif of an evolution.", epilog=MOVIE_EPILOG
+    )
+    parser.add_argument("folder", type=Path, metavar="RUNDIR", help="folder of the run")
+    parser.add_argument("keys", nargs="*", default=[], metavar="key=value", help="keys of the section [movie]")
+    parser.add_argument("--quiet", action="store_true", help="no progress, no closing lines")
+    options = parser.parse_intermixed_args(words)
+
+    from hydro.runs.folder import RunFolder
+
+    folder = RunFolder(options.folder)
+    deck = folder.load_deck([f"movie.{word.removeprefix('movie.')}" for word in options.keys])
+
+    from hydro.runs.movie import make_movie
+
+    made = make_movie(deck, folder, options.quiet)
+    if not options.quiet:
+        print("\n".join(map(str, made)))
+    return 0
+
+
 def check(words: list[str]) -> int:
     """Print the resolved deck, its scales and its warnings; run nothing."""
     parser = _parser("Parse and validate a deck; print it resolved, with its physical scales and warnings.", None)
@@ -101,7 +129,7 @@ def verify(words: list[str]) -> int:
     return write(full)
 
 
-COMMANDS: dict[str, Callable[[list[str]], int]] = {"check": check, "verify": verify}
+COMMANDS: dict[str, Callable[[list[str]], int]] = {"movie": movie, "check": check, "verify": verify}
 
 
 def _parser(description: str, epilog: str | None) -> argparse.ArgumentParser:

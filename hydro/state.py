@@ -59,8 +59,12 @@ class State:
         return np.hypot(*self.velocity)
 
     @property
+    def sound_speed(self) -> np.ndarray:
+        return self.gas.sound_speed(self.density, self.temperature)
+
+    @property
     def mach(self) -> np.ndarray:
-        return self.speed / self.gas.sound_speed(self.density, self.temperature)
+        return self.speed / self.sound_speed
 
     @property
     def mass(self) -> float:

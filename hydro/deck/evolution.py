@@ -4,9 +4,20 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, Strict, ValidationInfo, field_validator
 
-from hydro.deck.fields import Among, Increasing, NonNegative, Number, OneOf, Positive, Section, Text, broken_rule
+from hydro.deck.fields import (
+    Among,
+    Flag,
+    Increasing,
+    NonNegative,
+    Number,
+    OneOf,
+    Positive,
+    Section,
+    Text,
+    broken_rule,
+)
 from hydro.deck.initial import INITIALS, Initial, Pattern
 from hydro.deck.sections import WALLS, Box, Deck, Elastic, Gas, Mesh, Vibrating, Wall
 
@@ -14,6 +25,9 @@ from hydro.deck.sections import WALLS, Box, Deck, Elastic, Gas, Mesh, Vibrating,
 INTEGRATORS = ("godunov", "lagrange-remap")
 LIMITERS = ("minmod", "van_leer", "mc")
 RIEMANN_SOLVERS = ("hllc", "hllc_lm")
+COLOURS = ("gray", "viridis", "cividis", "magma", "inferno")
+SCALES = ("linear", "log")
+LIMITS = ("frame", "run")
 
 SHORTEST_CADENCE = 1e-6  # of the run: more often than that would fill the disk
 
@@ -64,6 +78,33 @@ class Output(Section):
     history_every: Positive | None = Field(
         default=None, description="rows of the history file every so much scaled time; time.end/500 when not given"
     )
+    movie: Flag = Field(default=False, description="whether to keep frames, and to make a movie of them at the end")
+    movie_every: Positive | None = Field(
+        default=None,
+        description="frames of the movie every so much scaled time, at the first step after; "
+        "time.end/300 when not given",
+    )
+
+
+class Movie(Section):
+    """How a movie looks."""
+
+    colours: Annotated[Text, Among(COLOURS)] = Field(
+        default="gray", description="gray, where dense is dark as in the paper's figures, or a perceptual map"
+    )
+    scale: Annotated[Text, Among(SCALES)] = Field(
+        default="linear", description="of the density: linear from zero, or log from its least value"
+    )
+    limits: Annotated[Text, Among(LIMITS)] = Field(
+        default="frame", description="ends of the scale: of each frame, or the same for the whole run"
+    )
+    traces: Flag = Field(
+        default=True, description="whether the largest and smallest n on the wall x=0 are drawn under the map"
+    )
+    frames_per_second: Annotated[int, Strict(), Field(ge=1, le=60)] = Field(
+        default=25, description="speed; less where the movie would not last eight seconds"
+    )
+    gif: Flag = Field(default=True, description="whether to write a small movie.gif beside movie.mp4")
 
 
 class EvolutionDeck(Deck):
@@ -78,6 +119,7 @@ class EvolutionDeck(Deck):
     time: Time
     scheme: Scheme = Scheme()
     output: Output = Output()
+    movie: Movie = Movie()
 
     @field_validator("wall")
     @classmethod
@@ -104,7 +146,7 @@ class EvolutionDeck(Deck):
     def _check_output(cls, output: Output, info: ValidationInfo) -> Output:
         time = info.data.get("time")
         least = 0.0 if time is None else SHORTEST_CADENCE * time.end
-        for key in ("checkpoint_every", "history_every"):
+        for key in ("checkpoint_every", "history_every", "movie_every"):
             every = getattr(output, key)
             if every is not None and every < least:
                 raise broken_rule(f"must be {least:g} or more, a millionth of time.end", f"output.{key}", every)
@@ -121,3 +163,8 @@ class EvolutionDeck(Deck):
     def history_interval(self) -> float:
         """Scaled time between rows of the history file."""
         return self.output.history_every or self.time.end / 500
+
+    @property
+    def movie_interval(self) -> float:
+        """Scaled time between frames of the movie."""
+        return self.output.movie_every or self.time.end / 300

@@ -17,13 +17,16 @@ from hydro.deck import EvolutionDeck, dumps
 from hydro.deck.initial import CheckpointInitial
 from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator, StepRejected
-from hydro.errors import Complaint, DeckError, HydroError
+from hydro.errors import Complaint, DeckError, HydroError, RunFailed
 from hydro.initial import initial_state
+from hydro.mesh import Mesh
 from hydro.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
+from hydro.runs.frames import Frames
 from hydro.runs.march import Run, Tracker, march
 from hydro.runs.observables import snapshot
 from hydro.runs.trackers import AtTimes, History, ProgressBar, ProgressLines, StopOnSignal
+from hydro.runs.xdmf import Series
 from hydro.setup import wall_of
 from hydro.state import State
 
@@ -44,13 +47,15 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
         compile_seconds = warm_up(integrator, state)
         folder.prepare(dumps(deck))
         run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
-        keeper = Keeper(deck, folder, wall)
+        keeper = Keeper(deck, folder, wall, state.mesh)
         trackers: list[Tracker] = [
             AtTimes(keeper.snapshot, deck.output_times),
             AtTimes(keeper.checkpoint, every=deck.output.checkpoint_every),
             History(folder.history, wall, deck.history_interval),
             stop,
         ]
+        if deck.output.movie:
+            trackers.append(Frames(folder.frames, deck.movie_interval, state.time))
         if not quiet:
             trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
         try:
@@ -58,7 +63,20 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
         except HydroError as error:
             keeper.finish(run, compile_seconds, completed=False)
             raise type(error)(f"{error}\nthe last good state is saved in {keeper.latest}") from error
-        return keeper.finish(run, compile_seconds, completed=True)
+        summary = keeper.finish(run, compile_seconds, completed=True)
+    if deck.output.movie:
+        close_with_movie(deck, folder, quiet)
+    return summary
+
+
+def close_with_movie(deck: EvolutionDeck, folder: RunFolder, quiet: bool) -> None:
+    """Make the movie of a run that is complete; RunFailed says so if that fails."""
+    from hydro.runs.movie import make_movie  # matplotlib is slow to import
+
+    try:
+        make_movie(deck, folder, quiet)
+    except (HydroError, OSError) as error:
+        raise RunFailed(f"the run is complete and saved in {folder.path}, but not its movie: {error}") from error
 
 
 def closing(summary: dict[str, Any]) -> list[str]:
@@ -118,10 +136,11 @@ def progress(title: str, end: float) -> ProgressBar | ProgressLines:
 class Keeper:
     """Keeps what a run leaves behind: snapshots, checkpoints, pictures and the summary."""
 
-    def __init__(self, deck: EvolutionDeck, folder: RunFolder, wall: Any):
+    def __init__(self, deck: EvolutionDeck, folder: RunFolder, wall: Any, mesh: Mesh):
         self.deck, self.folder, self.wall = deck, folder, wall
         self.snapshots: list[dict[str, float]] = []
         self._files: list[Path] = []  # of the snapshots
+        self._series = Series(folder.series, folder.checkpoints, mesh)
         self.latest = Path()
         self._saved_at = -math.inf
         self._count = 0
@@ -146,6 +165,7 @@ class Keeper:
         )  # fmt: skip
         self.latest = self.folder.checkpoints / f"{self._count:04d}_t{state.time:g}.h5"
         write_checkpoint(self.latest, saved)
+        self._series.update()
 
     def finish(self, run: Run, compile_seconds: float, completed: bool) -> dict[str, Any]:
         """Save the last state, draw the pictures of the whole run, write the summary and return it."""

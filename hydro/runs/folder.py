@@ -5,20 +5,23 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from hydro.deck import Deck, load
 from hydro.errors import DeckError
 from hydro.runs.files import write_text
 
-OWN_FILES = ("deck.toml", "summary.json", "history.csv", "points.csv")
-OWN_FOLDERS = ("checkpoints", "pictures")
+OWN_FILES = ("deck.toml", "summary.json", "history.csv", "points.csv", "checkpoints.xdmf", "movie.mp4", "movie.gif")
+OWN_FOLDERS = ("checkpoints", "frames", "pictures")
 
 
 class RunFolder:
     """Paths in a run's folder.
 
-    deck.toml (resolved), summary.json, checkpoints/, pictures/; history.csv of an evolution, points.csv of a branch.
+    deck.toml (resolved), summary.json, checkpoints/, pictures/; of an evolution history.csv, checkpoints.xdmf and,
+    where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch.
     """
 
     def __init__(self, path: Path):
@@ -28,7 +31,17 @@ class RunFolder:
         self.history = path / "history.csv"
         self.points = path / "points.csv"
         self.checkpoints = path / "checkpoints"
+        self.series = path / "checkpoints.xdmf"
+        self.frames = path / "frames"
+        self.movie = path / "movie.mp4"
+        self.gif = path / "movie.gif"
         self.pictures = path / "pictures"
+
+    def load_deck(self, overrides: Iterable[str] = ()) -> Deck:
+        """The deck of the run that the folder holds, changed by overrides; DeckError if it holds none."""
+        if not self.deck.is_file():
+            raise DeckError(f"{self.path} is no folder of a run: it has no {self.deck.name}", "run folder")
+        return load(self.deck, overrides)
 
     def check(self, overwrite: bool) -> None:
         """DeckError if the folder holds a run that is not to be replaced, or files that no run made, or cannot be made.
@@ -60,7 +73,8 @@ class RunFolder:
     def _clear(self) -> None:
         """Remove what an earlier run left, and nothing else."""
         made = [self.path / name for name in OWN_FILES]
-        made += [*self.checkpoints.glob("*.h5"), *self.pictures.glob("*.png"), *self.pictures.glob("*.pdf")]
+        made += [*self.checkpoints.glob("*.h5"), *self.frames.glob("*.h5")]
+        made += [*self.pictures.glob("*.png"), *self.pictures.glob("*.pdf")]
         for path in made:
             path.unlink(missing_ok=True)
 

@@ -35,21 +35,21 @@ class AtTimes:
 
     def next_stop(self, time: float) -> float:
         listed = min((at for at in self.times if at > time), default=math.inf)
-        return min(listed, self._multiple_after(time))
+        return min(listed, multiple_after(time, self.every))
 
     def look(self, run: Run) -> None:
         now = run.state.time
-        due = now in self.times or (self.every is not None and now > 0.0 and self._multiple_after(self._last) == now)
-        if due:
+        if now in self.times or (now > 0.0 and multiple_after(self._last, self.every) == now):
             self.act(run)
         self._last = now
 
-    def _multiple_after(self, time: float) -> float:
-        """The first multiple of `every` after `time`."""
-        if self.every is None:
-            return math.inf
-        count = math.floor(max(time, 0.0) / self.every)
-        return next(at for at in ((count + k) * self.every for k in range(3)) if at > time)
+
+def multiple_after(time: float, every: float | None) -> float:
+    """The first multiple of `every`, zero included, after `time`; infinite if `every` is None."""
+    if every is None:
+        return math.inf
+    count = math.floor(max(time, 0.0) / every)
+    return next(at for at in ((count + k) * every for k in range(3)) if at > time)
 
 
 class History(Quiet):
@@ -68,7 +68,7 @@ class History(Quiet):
             if file.tell() == 0:
                 file.write(",".join(row) + "\n")
             file.write(",".join(repr(float(value)) for value in row.values()) + "\n")
-        self._due = (math.floor(now / self.interval) + 1) * self.interval
+        self._due = multiple_after(now, self.interval)
 
     def _row(self, run: Run) -> dict[str, float]:
         state = run.state

@@ -1,0 +1,123 @@
+"""Movies of evolutions: from the frames that a run has kept, or else from its checkpoints, also while it goes on.
+
+Simulated time passes evenly: each moment is shown for as long as it was the latest that was kept.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hydro.deck import EvolutionDeck
+from hydro.errors import CheckpointError, DeckError
+from hydro.mesh import Mesh
+from hydro.pictures.moving import MovingPicture, ends
+from hydro.pictures.video import gif, mp4
+from hydro.runs.checkpoint import checkpoint_times, read_field
+from hydro.runs.dataset import read_history
+from hydro.runs.folder import RunFolder
+from hydro.runs.frames import frame_time, frames, read_frame
+from hydro.runs.progress import counted
+from hydro.setup import mesh_of
+
+SHORTEST = 8.0  # seconds that a movie lasts at least
+ROUND_OFF = 1e-9  # in times, relative to the interval between pictures
+PAUSE = 1.0  # seconds that the last moment stays
+
+
+class Source(NamedTuple):
+    """Densities that a run has kept: the times of their files, in order, and how to read one."""
+
+    times: dict[Path, float]
+    read: Callable[[Path], np.ndarray]
+
+
+def make_movie(deck: Any, folder: RunFolder, quiet: bool = False) -> list[Path]:
+    """Write movie.mp4 and, unless the deck says no, movie.gif into the folder of a run; returns their paths.
+
+    DeckError if the folder holds no evolution; CheckpointError if there is nothing to show; RunFailed if the encoder
+    fails. What cannot be read is named on stderr and left out.
+    """
+    if not isinstance(deck, EvolutionDeck):
+        raise DeckError(f"{folder.path} holds a run of kind {deck.kind!r}; movies are made of evolutions", "run folder")
+    source, mesh, look = source_in(folder), mesh_of(deck), deck.movie
+    times = list(source.times.values())
+    interval = interval_of(times, deck.movie_interval, look.frames_per_second)
+    counts = dict(zip(source.times, repeats(times, interval, look.frames_per_second), strict=True))
+    shown = counted([path for path in source.times if counts[path]], f"{folder.path.name}, movie", quiet)
+    limits = common_ends(readable(source.times, source, mesh), look.scale) if look.limits == "run" else None
+    history = read_history(folder.path).reset_index() if look.traces else None
+    picture = MovingPicture(mesh, look, limits, history, digits=max(0, math.ceil(-math.log10(interval))))
+    with mp4(folder.movie, picture.size, look.frames_per_second) as write:
+        for path, density in readable(shown, source, mesh):
+            frame = picture.at(source.times[path], density)
+            for _ in range(counts[path]):
+                write(frame)
+    if not look.gif:
+        return [folder.movie]
+    gif(folder.gif, folder.movie)
+    return [folder.movie, folder.gif]
+
+
+def source_in(folder: RunFolder) -> Source:
+    """The frames in a folder or, where there are none, its checkpoints; CheckpointError if there are none either."""
+    times = {path: frame_time(path) for path in frames(folder.frames)}
+    if times:
+        return Source(times, read_frame)
+    times, troubles = checkpoint_times(folder.checkpoints)
+    for trouble in troubles:
+        leave_out(trouble)
+    if not times:
+        raise CheckpointError(f"{folder.path} has neither frames nor checkpoints yet")
+    return Source(times, partial(read_field, name="density"))
+
+
+def readable(paths: Iterable[Path], source: Source, mesh: Mesh) -> Iterator[tuple[Path, np.ndarray]]:
+    """The files among `paths` that can be read, each with its density of shape (nx, ny); CheckpointError if none."""
+    found = False
+    for path in paths:
+        try:
+            density = source.read(path)
+        except CheckpointError as error:
+            leave_out(str(error))
+            continue
+        if density.shape != mesh.cells:
+            leave_out(f"{path}: a density of shape {density.shape} on a mesh of {mesh.cells} cells")
+            continue
+        found = True
+        yield path, density
+    if not found:
+        raise CheckpointError("there is nothing to show")
+
+
+def leave_out(trouble: str) -> None:
+    """Say on stderr what is left out."""
+    print(f"hydro: {trouble}; left out", file=sys.stderr)
+
+
+def interval_of(times: Sequence[float], every: float, rate: int) -> float:
+    """Scaled time between two pictures of a movie of `rate` a second, of moments kept about every `every`.
+
+    As many pictures as moments, but enough for the shortest movie.
+    """
+    span = times[-1] - times[0]
+    return min(max(every, span / len(times)), span / (SHORTEST * rate)) or every
+
+
+def repeats(times: Sequence[float], interval: float, rate: int) -> list[int]:
+    """How many pictures, one for each interval, show each moment as the latest; the last one stays for a while."""
+    ticks = [math.ceil((time - times[0]) / interval - ROUND_OFF) for time in times]
+    return [*(after - before for before, after in pairwise(ticks)), round(PAUSE * rate)]
+
+
+def common_ends(densities: Iterable[tuple[Path, np.ndarray]], scale: str) -> tuple[float, float]:
+    """Ends of a scale for all densities."""
+    lows, highs = zip(*(ends(density, scale) for _, density in densities), strict=True)
+    return min(lows), max(highs)
