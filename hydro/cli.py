@@ -14,6 +14,7 @@ from hydro.errors import HydroError, RunFailed, Stopped
 USAGE = """\
 python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite]
        python -m hydro check DECK.toml [section.key=value ...]
+       python -m hydro compare RUNDIR STEADY [--quiet]
        python -m hydro verify [--full]"""
 
 EPILOG = """\
@@ -90,6 +91,24 @@ def check(words: list[str]) -> int:
     return 0
 
 
+def compare(words: list[str]) -> int:
+    """Compare a run with a steady state, write that into its folder, and print it."""
+    parser = argparse.ArgumentParser("python -m hydro compare", description="Compare a run with a steady state.")
+    parser.add_argument("run", type=Path, metavar="RUNDIR", help="folder of an evolution run")
+    parser.add_argument(
+        "steady", metavar="STEADY", help="folder of a steady run, or 'auto' to solve for the nearest state"
+    )
+    parser.add_argument("--quiet", action="store_true", help="no progress, no tables")
+    options = parser.parse_args(words)
+
+    from hydro.runs import comparison
+
+    result = comparison.compare(options.run, options.steady, options.quiet)
+    if not options.quiet:
+        print("\n".join([*comparison.closing(result), f"results in {options.run / 'compare'}"]))
+    return 0
+
+
 def verify(words: list[str]) -> int:
     """Measure every claim of the verification book and print it."""
     parser = argparse.ArgumentParser("python -m hydro verify", description="Print the verification book.")
@@ -101,7 +120,7 @@ def verify(words: list[str]) -> int:
     return write(full)
 
 
-COMMANDS: dict[str, Callable[[list[str]], int]] = {"check": check, "verify": verify}
+COMMANDS: dict[str, Callable[[list[str]], int]] = {"check": check, "compare": compare, "verify": verify}
 
 
 def _parser(description: str, epilog: str | None) -> argparse.ArgumentParser:

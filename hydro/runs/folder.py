@@ -29,6 +29,7 @@ class RunFolder:
         self.points = path / "points.csv"
         self.checkpoints = path / "checkpoints"
         self.pictures = path / "pictures"
+        self.comparison = path / "compare"
 
     def check(self, overwrite: bool) -> None:
         """DeckError if the folder holds a run that is not to be replaced, or files that no run made, or cannot be made.
@@ -61,12 +62,26 @@ class RunFolder:
         """Remove what an earlier run left, and nothing else."""
         made = [self.path / name for name in OWN_FILES]
         made += [*self.checkpoints.glob("*.h5"), *self.pictures.glob("*.png"), *self.pictures.glob("*.pdf")]
+        made += [*self.comparison.glob("*.png"), *self.comparison.glob("*.json")]
         for path in made:
             path.unlink(missing_ok=True)
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write summary.json; numbers that JSON does not know become null."""
-        write_text(self.summary, json.dumps(_plain(summary), indent=2, allow_nan=False) + "\n")
+        write_json(self.summary, summary)
+
+    def load_deck(self) -> Any:
+        """The deck of the run that the folder holds; DeckError if it holds none."""
+        from hydro.deck import load
+
+        if not self.deck.is_file():
+            raise DeckError(f"{self.path} is no folder of a run: it has no {self.deck.name}", "run folder")
+        return load(self.deck)
+
+
+def write_json(path: Path, values: dict[str, Any]) -> None:
+    """Write `values` to `path`, whole or not at all; numbers that JSON does not know become null."""
+    write_text(path, json.dumps(_plain(values), indent=2, allow_nan=False) + "\n")
 
 
 def _plain(value: Any) -> Any:
