@@ -15,6 +15,7 @@ USAGE = """\
 python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite]
        python -m hydro check DECK.toml [section.key=value ...]
        python -m hydro compare RUNDIR STEADY [--quiet]
+       python -m hydro report RUNDIR [--quiet]
        python -m hydro verify [--full]"""
 
 EPILOG = """\
@@ -109,6 +110,21 @@ def compare(words: list[str]) -> int:
     return 0
 
 
+def report(words: list[str]) -> int:
+    """Write the page of a run."""
+    parser = argparse.ArgumentParser("python -m hydro report", description="Write one HTML page on a run of any kind.")
+    parser.add_argument("run", type=Path, metavar="RUNDIR", help="folder of the run")
+    parser.add_argument("--quiet", action="store_true", help="do not say where it is")
+    options = parser.parse_args(words)
+
+    from hydro.report.page import write_report
+
+    page = write_report(options.run)
+    if not options.quiet:
+        print(f"report in {page}")
+    return 0
+
+
 def verify(words: list[str]) -> int:
     """Measure every claim of the verification book and print it."""
     parser = argparse.ArgumentParser("python -m hydro verify", description="Print the verification book.")
@@ -120,7 +136,12 @@ def verify(words: list[str]) -> int:
     return write(full)
 
 
-COMMANDS: dict[str, Callable[[list[str]], int]] = {"check": check, "compare": compare, "verify": verify}
+COMMANDS: dict[str, Callable[[list[str]], int]] = {
+    "check": check,
+    "compare": compare,
+    "report": report,
+    "verify": verify,
+}
 
 
 def _parser(description: str, epilog: str | None) -> argparse.ArgumentParser:

@@ -24,7 +24,7 @@ def distance_curves(path: Path, result: dict[str, Any], parts: np.ndarray) -> No
 
     result: as in compare.json. parts: distances by symmetry sector, (sectors, checkpoints).
     """
-    figure = Figure(figsize=(6.4, 4.4), layout="constrained")
+    figure = Figure(figsize=(4.8, 4.6), layout="constrained")
     axis = figure.add_subplot()
     rows, (total, *sectors) = result["checkpoints"], result["rates"]
     times = np.array([row["time"] for row in rows])
@@ -38,7 +38,7 @@ def distance_curves(path: Path, result: dict[str, Any], parts: np.ndarray) -> No
     axis.set_yscale("log")
     axis.set_xlabel("time $t\\,T_*^{1/2}/L_x$")
     axis.set_ylabel("distance from the steady state, $L_2$, relative")
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     save(figure, path)
 
 

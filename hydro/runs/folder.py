@@ -11,7 +11,7 @@ from typing import Any
 from hydro.errors import DeckError
 from hydro.runs.files import write_text
 
-OWN_FILES = ("deck.toml", "summary.json", "history.csv", "points.csv")
+OWN_FILES = ("deck.toml", "summary.json", "history.csv", "points.csv", "report.html")
 OWN_FOLDERS = ("checkpoints", "pictures")
 
 
@@ -30,6 +30,8 @@ class RunFolder:
         self.checkpoints = path / "checkpoints"
         self.pictures = path / "pictures"
         self.comparison = path / "compare"
+        self.movie = path / "movie.mp4"
+        self.report = path / "report.html"
 
     def check(self, overwrite: bool) -> None:
         """DeckError if the folder holds a run that is not to be replaced, or files that no run made, or cannot be made.
