@@ -184,8 +184,9 @@ def test_parts_of_all_sectors_add_up():
         assert sum(np.vdot(part, part) for part in parts) == pytest.approx(np.vdot(field, field))
 
 
-def test_modes_lie_in_their_sector():
-    steady = state_of(steady_deck(*FULL, "steady.wave=0"))
+@pytest.mark.parametrize("periodic", [False, True])
+def test_modes_lie_in_their_sector(periodic):
+    steady = state_of(steady_deck(*FULL, "steady.wave=0"), (False, periodic))
     growths = growth_of(steady, 200.0, 1)
     for number, growth in enumerate(growths):
         density = growth.modes[0].density.real

@@ -38,7 +38,7 @@ class Subject:
         if not isinstance(deck, EvolutionDeck):
             raise DeckError(f"{path} holds a run of kind {deck.kind!r}; only an evolution can be compared", "RUNDIR")
         refuse_idle(deck, folder)
-        files = sorted(folder.checkpoints.glob("*.h5"))
+        files = sorted(folder.checkpoints.glob("[!.]*.h5"))  # one being written has a dot
         if not files:
             raise DeckError(f"{path} has no checkpoints yet", "RUNDIR")
         return cls(deck, files)
