@@ -15,6 +15,8 @@ USAGE = """\
 python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite]
        python -m hydro movie RUNDIR [key=value ...] [--quiet]
        python -m hydro check DECK.toml [section.key=value ...]
+       python -m hydro compare RUNDIR STEADY [--quiet]
+       python -m hydro report RUNDIR [--quiet]
        python -m hydro verify [--full]"""
 
 EPILOG = """\
@@ -118,6 +120,39 @@ def check(words: list[str]) -> int:
     return 0
 
 
+def compare(words: list[str]) -> int:
+    """Compare a run with a steady state, write that into its folder, and print it."""
+    parser = argparse.ArgumentParser("python -m hydro compare", description="Compare a run with a steady state.")
+    parser.add_argument("run", type=Path, metavar="RUNDIR", help="folder of an evolution run")
+    parser.add_argument(
+        "steady", metavar="STEADY", help="folder of a steady run, or 'auto' to solve for the nearest state"
+    )
+    parser.add_argument("--quiet", action="store_true", help="no progress, no tables")
+    options = parser.parse_args(words)
+
+    from hydro.runs import comparison
+
+    result = comparison.compare(options.run, options.steady, options.quiet)
+    if not options.quiet:
+        print("\n".join([*comparison.closing(result), f"results in {options.run / 'compare'}"]))
+    return 0
+
+
+def report(words: list[str]) -> int:
+    """Write the page of a run."""
+    parser = argparse.ArgumentParser("python -m hydro report", description="Write one HTML page on a run of any kind.")
+    parser.add_argument("run", type=Path, metavar="RUNDIR", help="folder of the run")
+    parser.add_argument("--quiet", action="store_true", help="do not say where it is")
+    options = parser.parse_args(words)
+
+    from hydro.report.page import write_report
+
+    page = write_report(options.run)
+    if not options.quiet:
+        print(f"report in {page}")
+    return 0
+
+
 def verify(words: list[str]) -> int:
     """Measure every claim of the verification book and print it."""
     parser = argparse.ArgumentParser("python -m hydro verify", description="Print the verification book.")
@@ -129,7 +164,13 @@ def verify(words: list[str]) -> int:
     return write(full)
 
 
-COMMANDS: dict[str, Callable[[list[str]], int]] = {"movie": movie, "check": check, "verify": verify}
+COMMANDS: dict[str, Callable[[list[str]], int]] = {
+    "check": check,
+    "movie": movie,
+    "compare": compare,
+    "report": report,
+    "verify": verify,
+}
 
 
 def _parser(description: str, epilog: str | None) -> argparse.ArgumentParser:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from hydro.cli import COMMANDS
 from hydro.deck import load, parse
 from hydro.deck.reference import reference
 
@@ -43,8 +44,9 @@ def test_the_commands_name_decks_and_their_keys():
     """Every command line that runs or checks a deck, but for checkpoints that are not there yet."""
     text = README.replace("\\\n", " ")
     lines = re.findall(r"^    (?:.*&& )?\S*python -m hydro (.*)$", text, flags=re.MULTILINE)
+    lines = [words for words in map(shlex.split, lines) if words[0] not in COMMANDS.keys() - {"check"}]
     assert len(lines) >= 5
-    for words in map(shlex.split, lines):
+    for words in lines:
         output = words.index("--output") if "--output" in words else len(words)
         deck, *overrides = [word for word in words[:output] if word != "check"]
         load(ROOT / deck, overrides)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,25 +12,51 @@ from matplotlib.figure import Figure
 
 from hydro.pictures.style import save
 
+
+class Panel(NamedTuple):
+    """Curves that share an axis: what it shows, its label, and (column, name, dash) of each curve."""
+
+    words: str
+    label: str
+    columns: Sequence[tuple[str, str, str]]
+
+
 WALLS = (
-    ("wall_max", "largest on the wall $x=0$", "-"),
-    ("wall_min", "smallest on the wall $x=0$", "--"),
-    ("gas_density", "mean at the wall $x=1$", ":"),
+    ("wall_max", "largest, $x=0$", "-"),
+    ("wall_min", "smallest, $x=0$", "--"),
+    ("gas_density", "mean, $x=1$", ":"),
 )
-ENERGIES = (("thermal_energy", "of random motion", "-"), ("kinetic_energy", "of the flow", "--"))
+PANELS = (
+    Panel("Densities at the walls", "density $n/n_c$", WALLS),
+    Panel(
+        "Energies",
+        "energy $/(n_cT_*L_x^2)$",
+        (("thermal_energy", "of random motion", "-"), ("kinetic_energy", "of the flow", "--")),
+    ),
+    Panel("The flow's largest Mach number", "largest Mach number", (("max_mach", "", "-"),)),
+)
+TIME = "time $t\\,T_*^{1/2}/L_x$"
 
 
 def history_curves(path: Path, history: np.ndarray) -> None:
-    """Densities at the walls, energies, and the flow's largest Mach number; `history` is a record array."""
+    """All panels, one above the other; `history` is a record array."""
     figure = Figure(figsize=(6.0, 7.0), layout="constrained")
-    axes = figure.subplots(3, 1, sharex=True, height_ratios=(2, 1, 1))
-    curves(axes[0], history, WALLS)
-    curves(axes[1], history, ENERGIES)
-    curves(axes[2], history, (("max_mach", "", "-"),))
-    for axis, label in zip(axes, ("density $n/n_c$", "energy $/(n_cT_*L_x^2)$", "largest Mach number"), strict=True):
-        axis.set_ylabel(label)
-    axes[2].set_xlabel("time $t\\,T_*^{1/2}/L_x$")
+    axes = figure.subplots(len(PANELS), 1, sharex=True, height_ratios=(2, 1, 1))
+    for axis, panel in zip(axes, PANELS, strict=True):
+        curves(axis, history, panel.columns)
+        axis.set_ylabel(panel.label)
+    axes[-1].set_xlabel(TIME)
     save(figure, path)
+
+
+def history_panel(history: np.ndarray, panel: Panel) -> Figure:
+    """One panel, as small as a page wants it."""
+    figure = Figure(figsize=(4.4, 3.0), layout="constrained")
+    axis = figure.add_subplot()
+    curves(axis, history, panel.columns)
+    axis.set_ylabel(panel.label)
+    axis.set_xlabel(TIME)
+    return figure
 
 
 def curves(axis: Axes, history: np.ndarray, columns: Sequence[tuple[str, str, str]]) -> None:
@@ -42,7 +69,7 @@ def curves(axis: Axes, history: np.ndarray, columns: Sequence[tuple[str, str, st
         middle = np.sqrt(values.max() * values.min())
         axis.set_ylim(middle / np.sqrt(2.0), middle * np.sqrt(2.0))
     if any(label for _, label, _ in columns):
-        axis.legend(fontsize=8)
+        axis.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(columns))
     if not values.size:
         axis.text(0.5, 0.5, "zero at all times", transform=axis.transAxes, ha="center", va="center")
         axis.set_yticks([])

@@ -13,7 +13,10 @@ from hydro.deck import Deck, load
 from hydro.errors import DeckError
 from hydro.runs.files import write_text
 
-OWN_FILES = ("deck.toml", "summary.json", "history.csv", "points.csv", "checkpoints.xdmf", "movie.mp4", "movie.gif")
+OWN_FILES = (
+    "deck.toml", "summary.json", "history.csv", "points.csv", "checkpoints.xdmf", "movie.mp4", "movie.gif",
+    "report.html",
+)  # fmt: skip
 OWN_FOLDERS = ("checkpoints", "frames", "pictures")
 
 
@@ -36,6 +39,8 @@ class RunFolder:
         self.movie = path / "movie.mp4"
         self.gif = path / "movie.gif"
         self.pictures = path / "pictures"
+        self.comparison = path / "compare"
+        self.report = path / "report.html"
 
     def load_deck(self, overrides: Iterable[str] = ()) -> Deck:
         """The deck of the run that the folder holds, changed by overrides; DeckError if it holds none."""
@@ -75,12 +80,18 @@ class RunFolder:
         made = [self.path / name for name in OWN_FILES]
         made += [*self.checkpoints.glob("*.h5"), *self.frames.glob("*.h5")]
         made += [*self.pictures.glob("*.png"), *self.pictures.glob("*.pdf")]
+        made += [*self.comparison.glob("*.png"), *self.comparison.glob("*.json")]
         for path in made:
             path.unlink(missing_ok=True)
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write summary.json; numbers that JSON does not know become null."""
-        write_text(self.summary, json.dumps(_plain(summary), indent=2, allow_nan=False) + "\n")
+        write_json(self.summary, summary)
+
+
+def write_json(path: Path, values: dict[str, Any]) -> None:
+    """Write `values` to `path`, whole or not at all; numbers that JSON does not know become null."""
+    write_text(path, json.dumps(_plain(values), indent=2, allow_nan=False) + "\n")
 
 
 def _plain(value: Any) -> Any:

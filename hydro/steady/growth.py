@@ -2,7 +2,8 @@
 
 A state that is its own mirror image about the middle of the box in y has symmetric and antisymmetric modes, found on
 half of the box. The modes of the extended state are cosines in y, one wave number after the other. Other states have
-one sector: all perturbations.
+one sector: all perturbations. In a box that is periodic in y the corner y = 0 is a mirror too, so that antisymmetric
+modes, that of a motion along y among them, vanish on both sides of the half; and waves have even numbers.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy import fft
 
 from hydro.initial import cosine_averages
 from hydro.mesh import Mesh
@@ -58,7 +60,8 @@ def mirror_sectors(steady: SteadyState, tau: float) -> Iterator[Growth]:
     """Perturbations that are even, and odd, about the middle of the box."""
     state, wall = steady.state, steady.balance.wall
     half = lower_half(state)
-    for sector, parity in ((even(half.mesh), 1.0), (odd(half.mesh), -1.0)):
+    mirrors = (0, -1) if state.mesh.periodic[1] else (-1,)
+    for sector, parity in ((even(half.mesh), 1.0), (odd(half.mesh, mirrors), -1.0)):
         modes = Linearization(half, wall, tau, sector).leading()
         yield Growth(sector.name, [mapped(mode, lambda field: unfolded(field, parity)) for mode in modes])  # noqa: B023
 
@@ -68,7 +71,7 @@ def extended_sectors(steady: SteadyState, tau: float) -> Iterator[Growth]:
     mesh, wall = steady.balance.mesh, steady.balance.wall
     line = first_column(steady.state)
     rates: list[float] = []
-    for wave in range(mesh.cells[1]):
+    for wave in waves_on(mesh):
         sector = wave_sector(line.mesh, mesh.cells[1], mesh.aspect_ratio, wave)
         modes = Linearization(line, wall, tau, sector).leading()
         shape = cosine_averages(mesh, wave)
@@ -77,6 +80,31 @@ def extended_sectors(steady: SteadyState, tau: float) -> Iterator[Growth]:
         rates.append(found.rate)
         if len(rates) > DECLINES + 1 and all(np.diff(rates[-DECLINES - 1 :]) < 0.0):
             return
+
+
+def waves_on(mesh: Mesh) -> range:
+    """Numbers of half-waves in y that a perturbation may have."""
+    return range(0, mesh.cells[1] + 1, 2) if mesh.periodic[1] else range(mesh.cells[1])
+
+
+def sector_parts(steady: SteadyState, field: np.ndarray) -> Iterator[np.ndarray]:
+    """The part of a field (nx, ny) in every symmetry sector, in the order of `growth_of`."""
+    mesh = steady.balance.mesh
+    if steady.wave == 0:
+        yield from (wave_part(field, mesh, wave) for wave in waves_on(mesh))
+    elif steady.mirrored:
+        yield from (0.5 * (field + field[:, ::-1]), 0.5 * (field - field[:, ::-1]))
+    else:
+        yield field
+
+
+def wave_part(field: np.ndarray, mesh: Mesh, wave: int) -> np.ndarray:
+    """The part of a field with `wave` half-waves in y; in a periodic box whether cosine or sine."""
+    forward, backward, number = (fft.rfft, fft.irfft, wave // 2) if mesh.periodic[1] else (fft.dct, fft.idct, wave)
+    spectrum = forward(field, axis=1)
+    kept = np.zeros_like(spectrum)
+    kept[:, number] = spectrum[:, number]
+    return backward(kept, n=mesh.cells[1], axis=1)
 
 
 def lower_half(state: State) -> State:

@@ -1,8 +1,9 @@
 """Growth rates: eigenvalues of the time-dependent equations, linearized about a steady state.
 
 The state is at rest, so momentum obeys d(n v)/dt = -grad p' - n v/tau: what is not a gradient decays like
-exp(-t/tau) and moves nothing else (a family of shear modes with the same eigenvalue -1/tau); the rest has a
-potential, n v = -grad psi. That leaves three equations,
+exp(-t/tau), whatever the rest does (a family of shear modes with the same eigenvalue -1/tau, which density and
+temperature follow because they carry enthalpy about); the rest has a potential, n v = -grad psi. That leaves three
+equations,
 
     dn'/dt   = div grad psi
     de'/dt   = div(h grad psi) + (div(kappa grad T) - I)',      h = (e + p)/n
@@ -49,10 +50,11 @@ def even(mesh) -> Sector:
     return Sector("symmetric", np.zeros(mesh.cells))
 
 
-def odd(mesh) -> Sector:
-    """Perturbations that are odd about the upper side in y, a mirror of the state."""
+def odd(mesh, sides: tuple[int, ...] = (-1,)) -> Sector:
+    """Perturbations that are odd about the upper side in y, a mirror of the state; (0, -1): about both sides."""
     leak = np.zeros(mesh.cells)
-    leak[:, -1] = 2.0 * mesh.dx / mesh.dy[-1]
+    for side in sides:
+        leak[:, side] = 2.0 * mesh.dx / mesh.dy[side]
     return Sector("antisymmetric", leak)
 
 
