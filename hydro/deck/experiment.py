@@ -7,10 +7,10 @@ With n_c = 2/(3^(1/2) d^2), grain mass 1 and the unit of temperature T_* = A^2 o
     K     = mu d/L_x
     K W   = (2/pi)^(1/2) A^2 omega^2/T_*
     Delta = L_y/L_x
-    tau   = (8/pi)^(1/2) T_*/(mu_r g L_x)
+    tau   = (8/pi)^(1/2) A omega/(mu_r g), in L_x/T_*^(1/2)
 
 Rolling friction slows every grain down at the constant rate mu_r g, whatever its speed. Averaged over grains of
-temperature T = T_* it stops a slow flow in the time (8 T/pi)^(1/2)/(mu_r g): docs/experiment.md.
+temperature T it stops a slow flow in the time (8 T/pi)^(1/2)/(mu_r g), here for T = A^2 omega^2: docs/experiment.md.
 """
 
 from __future__ import annotations
@@ -38,6 +38,11 @@ class Scaled(NamedTuple):
     W: float
     amplitude: float  # A/L_x
     frequency: float  # omega L_x/T_*^(1/2)
+
+    @property
+    def wall_speed(self) -> float:
+        """A omega/T_*^(1/2)."""
+        return self.amplitude * self.frequency
 
 
 # Of a section that is not valid, so that the rest of its deck can be looked at.
@@ -174,8 +179,8 @@ class Experiment(Section):
     @property
     def friction_time(self) -> float:
         """tau in L_x/T_*^(1/2)."""
-        braking = self.rolling_friction * ACCELERATION.si(self.gravity) * self.length
-        return math.sqrt(8.0 / math.pi) * self.temperature / braking if braking > 0.0 else math.inf
+        braking = self.rolling_friction * ACCELERATION.si(self.gravity) * self.time
+        return math.sqrt(8.0 / math.pi) * self.wall_speed / braking if braking > 0.0 else math.inf
 
     def scaled(self, gamma: float) -> Scaled:
         """The scaled numbers, with the `gamma` of the closure."""

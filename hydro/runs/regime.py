@@ -128,12 +128,13 @@ class Stripe:
     @property
     def friction(self) -> float:
         """Loss to a friction -v/tau on every grain over the loss in collisions, in the whole box."""
-        return self._friction(1.0)
+        return self._friction(lambda T: T)
 
     @property
     def rolling_friction(self) -> float | None:
-        """The same for grains that friction slows down at a constant rate, as it does in an experiment."""
-        return None if self.grains.experiment is None else self._friction(0.5)
+        """The same for grains that friction slows down at a constant rate; tau is that of grains of speed A omega."""
+        experiment = self.grains.experiment
+        return None if experiment is None else self._friction(lambda T: T**0.5 * experiment.wall_speed)
 
     @property
     def temperature_jump(self) -> float:
@@ -145,11 +146,11 @@ class Stripe:
         """n at the elastic wall."""
         return self.state.wall_density[0]
 
-    def _friction(self, power: float) -> float:
-        """(2/tau) int n T^power dx over int I dx; 2 T is the mean square of a grain's velocity."""
+    def _friction(self, loss: Callable[[Any], Any]) -> float:
+        """(2/tau) int n loss(T) dx over int I dx; 2 T is the mean square of a grain's velocity."""
         state, disks = self.state, UniformPressure.of(self.state.gas)
         p = np.float64(state.pressure(self.grains.wall))
-        friction = state.average(lambda w: disks.density(w) * (p * disks.temperature(w)) ** power)
+        friction = state.average(lambda w: disks.density(w) * loss(p * disks.temperature(w)))
         collisions = state.average(lambda w: np.exp(0.5 * w) * disks.cooling(w)) * p**1.5
         return 2.0 * friction / (np.float64(self.grains.tau) * self.grains.K * state.gas.L * collisions)
 
@@ -204,7 +205,7 @@ ASSUMPTIONS = (
         "slow wall",
         "A omega/T^(1/2) at x=1",
         lambda stripe: stripe.wall_speed,
-        "the wall gives another heat than (2/pi)^(1/2) A^2 omega^2 n T^(1/2), in second order of that; "
+        "the wall gives about 1 + A^2 omega^2/(8 T) times the heat (2/pi)^(1/2) A^2 omega^2 n T^(1/2); "
         "steady densities do not depend on it",
     ),
     Assumption(
