@@ -17,7 +17,7 @@ from hydro.deck.fields import Among, Axes, Cells, Density, NonNegative, Number, 
 # Names that decks use; the registry of closures holds exactly these.
 CLOSURES = ("grossman",)
 
-GAMMA = 2.26
+GAMMA = 2.26  # of Grossman, Zhou and Ben-Naim
 
 
 class About(Section):

@@ -39,6 +39,11 @@ class Place(NamedTuple):
         return f"L = {self.L:.6g}, f = {self.f:.4g}, aspect ratio {self.aspect_ratio:.4g}"
 
 
+def grain_diameter(deck: Any) -> float:
+    """d/L_x = K/mu of a deck with gas."""
+    return deck.gas.K / deck.gas.mu
+
+
 @dataclass(frozen=True)
 class Grains:
     """What a deck says of its grains and its driving wall, whatever the place; scaled units."""
@@ -54,7 +59,7 @@ class Grains:
     def of(cls, deck: Any) -> Grains:
         """Those of a deck with gas and wall."""
         gas = deck.gas
-        return cls(wall_of(deck), gas.K, gas.tau, gas.K / gas.mu, gas.gamma, deck.scaled)
+        return cls(wall_of(deck), gas.K, gas.tau, grain_diameter(deck), gas.gamma, deck.scaled)
 
     @classmethod
     def of_experiment(cls, scaled: Scaled) -> Grains:

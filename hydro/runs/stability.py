@@ -103,9 +103,9 @@ def marked(deck: StabilityDeck) -> list[str]:
     places = [Place(L, point.f, point.aspect_ratio) for L in wanted.L for point in wanted.points]
     states = [extended_or_none(gas_of(deck, place.L), place.f) for place in places]
     lines = [position(states[k], places[k], wall) for k in range(len(places)) for wall in wanted.walls]
-    return (
-        lines if scaled is None else [*lines, *verdicts([Stripe(places[0], Grains.of_experiment(scaled), states[0])])]
-    )
+    if scaled is not None:
+        lines += verdicts([Stripe(places[0], Grains.of_experiment(scaled), states[0])])
+    return lines
 
 
 def closing(summary: dict[str, Any]) -> list[str]:
