@@ -75,7 +75,7 @@ def test_defaults():
         ("gas.allpha=1", "gas.allpha", "unknown key", "alpha"),
         ("gas.W=1", "gas.W", "unknown key", "wall.W"),
         ("aspect_ratio=1", "aspect_ratio", "unknown key", "box.aspect_ratio"),
-        ("gass.L=1", "gass", "unknown key; known: kind, about, gas", "gas"),
+        ("gass.L=1", "gass", "unknown key; known: kind, about, experiment, gas", "gas"),
         ("gas.closure=grosman", "gas.closure", "'grosman' is not known; known: grossman", "grossman"),
         ("gas=3", "gas", "must be a section", None),
         ("gas=[{L=1}]", "gas", "must be a section", None),

@@ -25,6 +25,8 @@ SMALL = {
     "cooling": ("mesh.cells=[8,8]",),
     "noise": ("mesh.cells=[16,32]", "time.end=5.0", "output.times=[5.0]"),
     "coarsening": ("mesh.cells=[8,64]", "time.end=5.0", "output.times=[5.0]"),
+    "experiment": ("mesh.cells=[16,32]", "time.end=5.0", "output.times=[5.0]"),
+    "experiment_stable": ("mesh.cells=[16,16]", "time.end=5.0", "output.times=[5.0]"),
     "fig1": ("stability.L=[1e3, 1e6]", "stability.f.count=5"),
     "fig2": ("stability.f.count=4",),
     "fig3a": ("mesh.cells=[16,16]",),

@@ -33,7 +33,7 @@ from hydro.runs.checkpoint import FIELDS, read_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.frames import Frames, frame_time, frames, read_frame
 from hydro.runs.movie import interval_of, repeats
-from hydro.runs.scales import grain_diameter
+from hydro.runs.regime import grain_diameter
 from hydro.runs.xdmf import Series
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State

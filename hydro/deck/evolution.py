@@ -19,7 +19,7 @@ from hydro.deck.fields import (
     broken_rule,
 )
 from hydro.deck.initial import INITIALS, Initial, Pattern
-from hydro.deck.sections import WALLS, Box, Deck, Elastic, Gas, Mesh, Vibrating, Wall
+from hydro.deck.sections import WALLS, Box, Elastic, ExperimentDeck, Gas, Mesh, Vibrating, Wall
 
 # Names that decks use; the registries of the same things elsewhere hold exactly these.
 INTEGRATORS = ("godunov", "lagrange-remap")
@@ -107,7 +107,7 @@ class Movie(Section):
     gif: Flag = Field(default=True, description="whether to write a small movie.gif beside movie.mp4")
 
 
-class EvolutionDeck(Deck):
+class EvolutionDeck(ExperimentDeck):
     """Evolution of the gas in time from an initial state."""
 
     kind: Literal["evolution"] = "evolution"

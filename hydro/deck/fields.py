@@ -139,10 +139,11 @@ def kinds_of(model: type[Section], key: str) -> Mapping[str, type[Tagged]] | Non
 
 
 def section_of(model: type[Section], key: str) -> type[Section] | None:
-    """The model of the plain section `key` of `model`; None when it is no plain section."""
+    """The model of the plain section `key` of `model`, which need not be there; None when it is no plain section."""
     field = model.model_fields.get(key)
     annotation = field.annotation if field and kinds_of(model, key) is None else None
-    return annotation if isinstance(annotation, type) and issubclass(annotation, Section) else None
+    parts = [part for part in get_args(annotation) or (annotation,) if part is not type(None)]
+    return parts[0] if len(parts) == 1 and isinstance(parts[0], type) and issubclass(parts[0], Section) else None
 
 
 def list_or(model: type[Section], key: str) -> type[Section] | None:

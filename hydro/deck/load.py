@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import reprlib
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -12,9 +13,10 @@ from typing import Any, get_args
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from hydro.deck.experiment import STAND_IN, Experiment, Scaled
 from hydro.deck.fields import Section, item_of, kinds_of, list_or, meaning, section_of
 from hydro.deck.kinds import KINDS
-from hydro.deck.sections import Deck
+from hydro.deck.sections import GAMMA, Deck, ExperimentDeck
 from hydro.errors import Complaint, DeckError
 from hydro.registry import nearest
 
@@ -71,19 +73,37 @@ def validate(data: Mapping[str, Any], source: str = "deck", complaints: Iterable
     kind = data.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
         raise DeckError([*found, _wrong_kind("kind", data, KINDS)], source)
+    model = KINDS[kind]
+    data, following, doubled = _fill(data, model)
+    found += doubled
     try:
-        deck = KINDS[kind].model_validate(data)
+        deck = model.model_validate(data)
     except ValidationError as error:
-        found += [_translate(entry, KINDS[kind]) for entry in error.errors(include_url=False)]
+        found += [_blame(_translate(entry, model), following) for entry in error.errors(include_url=False)]
     else:
         if not found:
             return deck
     raise DeckError(list({str(complaint): complaint for complaint in found}.values()), source)
 
 
-def dumps(deck: Section) -> str:
-    """The deck as TOML text, defaults included; `parse` of it gives an equal deck."""
-    return "\n".join(_lines(deck.model_dump(exclude_none=True))) + "\n"
+def dumps(deck: Deck) -> str:
+    """The deck as TOML text, defaults included; `parse` of it gives an equal deck.
+
+    What follows from an experiment comes as comments at the end.
+    """
+    follows = deck.follows
+    given = deck.model_dump(exclude_none=True, exclude={name: set(keys) for name, keys in follows.items()})
+    return "\n".join([*_lines(given), *_following(deck, follows)]) + "\n"
+
+
+def _following(deck: Deck, follows: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+    experiment = getattr(deck, "experiment", None)
+    if experiment is not None:
+        yield "\n# What follows from [experiment]:"
+        for name, keys in follows.items():
+            yield from (f"# {name}.{key} = {_toml(value)}" for key, value in keys.items())
+        yield "# Units:"
+        yield from (f"# {name} = {value:.6g} {unit}" for name, (value, unit) in experiment.units.items())
 
 
 def _lines(table: Mapping[str, Any], name: str = "") -> Iterator[str]:
@@ -209,6 +229,50 @@ def _drop_foreign_keys(section: dict[str, Any], table: Table) -> None:
         foreign = {key for other in table.values() for key in other.model_fields} - set(model.model_fields)
         for key in foreign & set(section):
             del section[key]
+
+
+# Experiments
+
+
+def _fill(data: Mapping[str, Any], model: type[Deck]) -> tuple[Mapping[str, Any], set[str], list[Complaint]]:
+    """`data` with all that follows from its experiment, the keys of that, and complaints where they were given too."""
+    if "experiment" not in data or not issubclass(model, ExperimentDeck):
+        return data, set(), []
+    filled, following, doubled = dict(data), set(), []
+    for name, keys in model.following(_scaled(data)).items():
+        default = {"kind": model.model_fields[name].default.kind} if kinds_of(model, name) else {}
+        section = data.get(name, {})
+        if not isinstance(section, dict):
+            continue
+        section = {**default, **section}
+        choice = _kind_in(kinds_of(model, name) or {}, section) or section_of(model, name)
+        known = {key: value for key, value in keys.items() if choice is not None and key in choice.model_fields}
+        following |= {f"{name}.{key}" for key in known}
+        doubled += [_doubled(f"{name}.{key}", section[key]) for key in known if key in section]
+        filled[name] = {**section, **known}
+    return filled, following, doubled
+
+
+def _scaled(data: Mapping[str, Any]) -> Scaled:
+    """The scaled numbers of the experiment, or stand-ins when it is not valid: then that is complained about later."""
+    gas = data.get("gas")
+    gamma = gas.get("gamma", GAMMA) if isinstance(gas, dict) else GAMMA
+    legal = isinstance(gamma, int | float) and not isinstance(gamma, bool) and 0 < gamma < math.inf
+    try:
+        return Experiment.model_validate(data["experiment"]).scaled(gamma if legal else GAMMA)
+    except (ValidationError, OverflowError):
+        return STAND_IN
+
+
+def _doubled(key: str, value: object) -> Complaint:
+    return Complaint(key, f"{_show(value)} is given beside [experiment], from which it follows; leave one out", value)
+
+
+def _blame(complaint: Complaint, following: set[str]) -> Complaint:
+    """A complaint about what follows from the experiment as one about the experiment."""
+    if complaint.key.partition("[")[0] not in following:
+        return complaint
+    return Complaint("experiment", f"{complaint.key} follows from it: {complaint.problem}", complaint.value)
 
 
 # Complaints

@@ -9,6 +9,7 @@ from annotated_types import Ge, Gt, Le, Lt, MinLen
 
 from hydro.deck.fields import Among, Section, item_of, kinds_of, list_or, meaning, section_of
 from hydro.deck.kinds import KINDS
+from hydro.deck.quantities import Quantity
 
 INTRODUCTION = """\
 # Decks
@@ -19,7 +20,9 @@ A deck is a TOML file. Its `kind` says what it asks for; everything else stands 
 Any key can be changed on the command line: `section.key=value`, for example `time.end=10 wall.kind=thermal`.
 Where that switches the kind of a section, keys that only the other kinds know are dropped from it.
 Numbers are scaled: length `L_x`, density `n_c`, temperature `T_*`, hence velocity `T_*^(1/2)`, time `L_x/T_*^(1/2)`,
-pressure `n_c T_*`."""
+pressure `n_c T_*`. From a section `[experiment]` follow `gas.L`, `gas.f`, `gas.K`, `gas.tau`, `gas.mu`,
+`box.aspect_ratio` and `wall.W`, or `stability.L` and `stability.points`, which must not be given then
+([experiment.md](experiment.md))."""
 
 HEADER = "| key | type | default | allowed | meaning |\n|---|---|---|---|---|"
 WORDS = {float: "number", int: "whole number", str: "text", bool: "true or false"}
@@ -95,6 +98,8 @@ def _allowed(metadata: Any) -> Iterator[str]:
         yield from (words.format(getattr(item, name)) for bound, name, words in BOUNDS if isinstance(item, bound))
         if isinstance(item, Among):
             yield from (f"`{name}`" for name in item.names)
+        if isinstance(item, Quantity):
+            yield f'{item.name}, such as `"{item.example}"`'
         if isinstance(item, MinLen):
             yield f"length >= {item.min_length}"
 

@@ -7,14 +7,17 @@ A new wall is a model here and a line in its table.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from hydro.deck.experiment import Experiment, Scaled
 from hydro.deck.fields import Among, Axes, Cells, Density, NonNegative, Number, Positive, Section, Tagged, Text
 
 # Names that decks use; the registry of closures holds exactly these.
 CLOSURES = ("grossman",)
+
+GAMMA = 2.26  # of Grossman, Zhou and Ben-Naim
 
 
 class About(Section):
@@ -46,7 +49,7 @@ class Gas(Section):
     )
     alpha: Positive = Field(default=1.15, description="weight of the mean free path in the heat conductivity")
     gamma: Positive = Field(
-        default=2.26, description="weight of the mean free path in the collision rate; 1-r^2 follows from L by it"
+        default=GAMMA, description="weight of the mean free path in the collision rate; 1-r^2 follows from L by it"
     )
     mu: Positive = Field(
         default=1.0,
@@ -124,3 +127,35 @@ class Deck(Section):
 
     kind: str
     about: About = About()
+
+    @property
+    def follows(self) -> dict[str, dict[str, Any]]:
+        """Sections and keys that are not given but follow from others."""
+        return {}
+
+
+class ExperimentDeck(Deck):
+    """What the kinds of deck have in common whose scaled numbers may follow from an experiment."""
+
+    experiment: Experiment | None = None
+
+    @classmethod
+    def following(cls, scaled: Scaled) -> dict[str, dict[str, Any]]:
+        """Sections and keys that follow from an experiment, where they are known."""
+        gas = {key: getattr(scaled, key) for key in ("L", "f", "K", "tau", "mu")}
+        return {"gas": gas, "box": {"aspect_ratio": scaled.aspect_ratio}, "wall": {"W": scaled.W}}
+
+    @property
+    def scaled(self) -> Scaled | None:
+        """The scaled numbers of the experiment; None without one."""
+        gamma = getattr(getattr(self, "gas", None), "gamma", GAMMA)
+        return None if self.experiment is None else self.experiment.scaled(gamma)
+
+    @property
+    def follows(self) -> dict[str, dict[str, Any]]:
+        scaled = self.scaled
+        sections = {} if scaled is None else self.following(scaled)
+        return {
+            name: {key: value for key, value in keys.items() if hasattr(getattr(self, name), key)}
+            for name, keys in sections.items()
+        }

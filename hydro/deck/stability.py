@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, Strict, ValidationInfo, field_validator
 
+from hydro.deck.experiment import Scaled
 from hydro.deck.fields import Among, Density, HalfWaves, ListOr, Positive, Section, Text, broken_rule, some_distinct
-from hydro.deck.sections import CLOSURES, DRIVING_WALLS, Deck
+from hydro.deck.sections import CLOSURES, DRIVING_WALLS, ExperimentDeck
 
 
 class DensityGas(Section):
@@ -84,9 +85,15 @@ class Stability(Section):
         return self.f.values if isinstance(self.f, AreaFractions) else self.f
 
 
-class StabilityDeck(Deck):
+class StabilityDeck(ExperimentDeck):
     """Critical aspect ratios of extended states, and the tongues in which they exist."""
 
     kind: Literal["stability"] = "stability"
     gas: DensityGas = DensityGas()
     stability: Stability
+
+    @classmethod
+    def following(cls, scaled: Scaled) -> dict[str, dict[str, Any]]:
+        """The L of an experiment, and its place in the picture."""
+        place = {"f": scaled.f, "aspect_ratio": scaled.aspect_ratio, "label": "experiment"}
+        return {"stability": {"L": (scaled.L,), "points": (place,)}}

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
 from hydro.deck.fields import Among, Density, Flag, HalfWaves, Number, OneOf, Positive, Section, Text, Wave, broken_rule
-from hydro.deck.sections import DRIVING_WALLS, ClosedBox, Deck, DrivingVibrating, Gas, Mesh, Wall
+from hydro.deck.sections import DRIVING_WALLS, ClosedBox, DrivingVibrating, ExperimentDeck, Gas, Mesh, Wall
 
 # Names that decks use; the registries of the same things elsewhere hold exactly these.
 PARAMETERS = ("f", "aspect_ratio", "L")
@@ -55,7 +55,7 @@ class Steady(Section):
     )
 
 
-class SteadyDeck(Deck):
+class SteadyDeck(ExperimentDeck):
     """A steady state in two dimensions, on the finite volumes of the evolution, and its growth rates."""
 
     kind: Literal["steady"] = "steady"
@@ -107,7 +107,7 @@ class Branch(Section):
     )
 
 
-class BranchDeck(Deck):
+class BranchDeck(ExperimentDeck):
     """Branches of localized states, from where they leave the extended state, through folds, to the end of a range."""
 
     kind: Literal["branch"] = "branch"

@@ -21,6 +21,7 @@ from hydro.runs.checkpoint import Checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.observables import snapshot, wall_profile
 from hydro.runs.progress import Tally
+from hydro.runs.regime import Place, regime
 from hydro.runs.trackers import StopOnSignal
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.steady.balance import Balance
@@ -249,10 +250,12 @@ def hysteresis(bifurcations: list[dict], folds: list[dict], parameter: str) -> l
 def describe(deck: BranchDeck) -> list[str]:
     """Lines on what will be computed, for `check`."""
     branch = deck.branch
+    fixed: dict[str, Any] = {"L": deck.gas.L, "f": deck.gas.f, "aspect_ratio": deck.box.aspect_ratio}
     return [
         f"extended states at {branch.samples} values of {branch.parameter} from {branch.start:g} to {branch.stop:g}",
         f"branches with {branch.wave} half-wave(s) in y, up to {branch.points} points on each",
         f"growth rates per L_x/T_*^(1/2), for K = {deck.gas.K:g} and tau = {deck.gas.tau:g}",
+        *regime(deck, [Place(**fixed | {branch.parameter: value}) for value in (branch.start, branch.stop)]),
     ]
 
 

@@ -19,7 +19,7 @@ from hydro.mesh import Mesh
 from hydro.registry import Registry, UnknownName
 from hydro.runs.checkpoint import FIELDS, checkpoint_times, read_field, read_labels
 from hydro.runs.folder import RunFolder
-from hydro.runs.scales import grain_diameter
+from hydro.runs.regime import grain_diameter
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 

@@ -14,6 +14,7 @@ from hydro.errors import HydroError
 from hydro.gas import CLOSURES, Closure
 from hydro.runs.folder import RunFolder
 from hydro.runs.progress import counted
+from hydro.runs.regime import Grains, Place, Stripe, extended_or_none, position, verdicts
 from hydro.runs.trackers import StopOnSignal
 from hydro.steady.extended import extended_state
 from hydro.steady.marginal import critical_aspect_ratio, tongue
@@ -93,6 +94,17 @@ def describe(deck: StabilityDeck) -> list[str]:
         gas: Any = gas_of(deck, L)
         least = f"about {LARGE_LOSS / math.sqrt(L):.3g}" if deck.gas.alpha == 1.15 else "not known for this alpha"
         lines.append(f"L = {L:<10g} 1/k {1.0 / dense_rate(gas):<10.3g} f_1 {dilute_end(gas):<10.3g} Delta_min {least}")
+    return [*lines, *marked(deck)]
+
+
+def marked(deck: StabilityDeck) -> list[str]:
+    """Where the points lie that are to be marked, and how well the equations hold for the experiment, if it is one."""
+    wanted, scaled = deck.stability, deck.scaled
+    places = [Place(L, point.f, point.aspect_ratio) for L in wanted.L for point in wanted.points]
+    states = [extended_or_none(gas_of(deck, place.L), place.f) for place in places]
+    lines = [position(states[k], places[k], wall) for k in range(len(places)) for wall in wanted.walls]
+    if scaled is not None:
+        lines += verdicts([Stripe(places[0], Grains.of_experiment(scaled), states[0])])
     return lines
 
 

@@ -12,6 +12,7 @@ from hydro.errors import Complaint, DeckError
 from hydro.runs.checkpoint import Checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.observables import snapshot
+from hydro.runs.regime import Place, regime
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.state import State, inadmissible, worst_cell
 from hydro.steady import continuation  # noqa: F401  registers a search
@@ -130,6 +131,7 @@ def describe(deck: SteadyDeck) -> list[str]:
     return [
         f"a steady state with {waves} in y: {unknowns} unknown densities and the pressure",
         f"growth rates per L_x/T_*^(1/2), for K = {deck.gas.K:g} and tau = {deck.gas.tau:g}",
+        *regime(deck, [Place(deck.gas.L, deck.gas.f, deck.box.aspect_ratio)]),
     ]
 
 

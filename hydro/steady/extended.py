@@ -13,6 +13,7 @@ integrands are smooth at the elastic wall too: G = s^2 h(s), dxi = 2 F ds/h^(1/2
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -122,6 +123,12 @@ class ExtendedState:
     def knudsen(self, diameter: float) -> float:
         """The largest Knudsen number in the box."""
         return float(np.max(self.knudsen_at(self.x, diameter)))
+
+    def average(self, function: Callable[[np.ndarray], np.ndarray]) -> float:
+        """Average over the box of a function of w."""
+        profile, element = self.profile, reference_element(self.degree)
+        half = 0.5 * np.ptp(profile.s, axis=1)[:, None]
+        return float(np.sum(element.weights * half * profile.xi_slope * function(profile.w)) / self.length)
 
     def _s_at(self, x):
         """s, the root of xi(s) = x L^(1/2), by Newton's method on the polynomials of the elements."""
