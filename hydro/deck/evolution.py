@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, Strict, ValidationInfo, field_validator
 
 from hydro.deck.fields import Among, Increasing, NonNegative, Number, OneOf, Positive, Section, Text, broken_rule
 from hydro.deck.initial import INITIALS, Initial, Pattern
@@ -41,6 +42,12 @@ class Time(Section):
     dt_max: Positive | None = Field(
         default=None, description="upper bound of the step, in L_x/T_*^(1/2); none when not given"
     )
+    wall_limit: Positive = Field(
+        default=math.inf,
+        allow_inf_nan=True,
+        description="seconds of wall clock, from start or restart, after which the run saves its state and stops; "
+        "inf for none",
+    )
 
 
 class Scheme(Section):
@@ -61,8 +68,20 @@ class Output(Section):
     checkpoint_every: Positive | None = Field(
         default=None, description="extra checkpoints every so much scaled time; none when not given"
     )
-    history_every: Positive | None = Field(
-        default=None, description="rows of the history file every so much scaled time; time.end/500 when not given"
+    checkpoint_seconds: Positive = Field(
+        default=600.0,
+        allow_inf_nan=True,
+        description="extra checkpoints every so many seconds of wall clock; inf for none",
+    )
+    keep: Annotated[int, Strict()] | None = Field(
+        default=None,
+        ge=1,
+        description="number of checkpoints to keep, the newest, beside those at `times`; when not given all of "
+        "`checkpoint_every`, and two of those by wall clock or signal",
+    )
+    history_every: NonNegative | None = Field(
+        default=None,
+        description="rows of the history file every so much scaled time, 0 for every step; time.end/500 when not given",
     )
 
 
@@ -106,7 +125,7 @@ class EvolutionDeck(Deck):
         least = 0.0 if time is None else SHORTEST_CADENCE * time.end
         for key in ("checkpoint_every", "history_every"):
             every = getattr(output, key)
-            if every is not None and every < least:
+            if every and every < least:
                 raise broken_rule(f"must be {least:g} or more, a millionth of time.end", f"output.{key}", every)
         if time is not None and output.times and output.times[-1] > time.end:
             raise broken_rule(f"must not go beyond time.end = {time.end:g}", "output.times", output.times)
@@ -119,5 +138,6 @@ class EvolutionDeck(Deck):
 
     @property
     def history_interval(self) -> float:
-        """Scaled time between rows of the history file."""
-        return self.output.history_every or self.time.end / 500
+        """Scaled time between rows of the history file; zero for every step."""
+        every = self.output.history_every
+        return self.time.end / 500 if every is None else every
