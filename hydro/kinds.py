@@ -16,10 +16,11 @@ class Kind(NamedTuple):
     solve: Callable[..., dict[str, Any]]  # (deck, folder, quiet) -> summary
     describe: Callable[..., list[str]]  # (deck) -> lines of scales and warnings
     closing: Callable[[dict[str, Any]], list[str]]  # (summary) -> what a person wants to know at the end
+    resume: Callable[..., dict[str, Any]] | None = None  # (deck, folder, quiet) -> summary: as solve, from where it was
 
 
 KINDS: Registry[Kind] = Registry("kind")
-KINDS.add("evolution", Kind(evolution.solve, report, evolution.closing))
+KINDS.add("evolution", Kind(evolution.solve, report, evolution.closing, evolution.resume))
 KINDS.add("steady", Kind(steady.solve, steady.describe, steady.closing))
 KINDS.add("branch", Kind(branch.solve, branch.describe, branch.closing))
 KINDS.add("stability", Kind(stability.solve, stability.describe, stability.closing))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
@@ -55,6 +56,12 @@ class Time(Section):
     dt_max: Positive | None = Field(
         default=None, description="upper bound of the step, in L_x/T_*^(1/2); none when not given"
     )
+    wall_limit: Positive = Field(
+        default=math.inf,
+        allow_inf_nan=True,
+        description="seconds of wall clock, from start or restart, after which the run saves its state and stops; "
+        "inf for none",
+    )
 
 
 class Scheme(Section):
@@ -75,8 +82,20 @@ class Output(Section):
     checkpoint_every: Positive | None = Field(
         default=None, description="extra checkpoints every so much scaled time; none when not given"
     )
-    history_every: Positive | None = Field(
-        default=None, description="rows of the history file every so much scaled time; time.end/500 when not given"
+    checkpoint_seconds: Positive = Field(
+        default=600.0,
+        allow_inf_nan=True,
+        description="extra checkpoints every so many seconds of wall clock; inf for none",
+    )
+    keep: Annotated[int, Strict()] | None = Field(
+        default=None,
+        ge=1,
+        description="number of checkpoints to keep, the newest, beside those at `times`; when not given all of "
+        "`checkpoint_every`, and two of those by wall clock or signal",
+    )
+    history_every: NonNegative | None = Field(
+        default=None,
+        description="rows of the history file every so much scaled time, 0 for every step; time.end/500 when not given",
     )
     movie: Flag = Field(default=False, description="whether to keep frames, and to make a movie of them at the end")
     movie_every: Positive | None = Field(
@@ -148,7 +167,7 @@ class EvolutionDeck(ExperimentDeck):
         least = 0.0 if time is None else SHORTEST_CADENCE * time.end
         for key in ("checkpoint_every", "history_every", "movie_every"):
             every = getattr(output, key)
-            if every is not None and every < least:
+            if every and every < least:
                 raise broken_rule(f"must be {least:g} or more, a millionth of time.end", f"output.{key}", every)
         if time is not None and output.times and output.times[-1] > time.end:
             raise broken_rule(f"must not go beyond time.end = {time.end:g}", "output.times", output.times)
@@ -161,8 +180,9 @@ class EvolutionDeck(ExperimentDeck):
 
     @property
     def history_interval(self) -> float:
-        """Scaled time between rows of the history file."""
-        return self.output.history_every or self.time.end / 500
+        """Scaled time between rows of the history file; zero for every step."""
+        every = self.output.history_every
+        return self.time.end / 500 if every is None else every
 
     @property
     def movie_interval(self) -> float:

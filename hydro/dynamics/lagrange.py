@@ -29,7 +29,7 @@ import numpy as np
 
 from hydro.dynamics import multigrid
 from hydro.dynamics.heat import Geometry
-from hydro.dynamics.integrator import INTEGRATORS, Exchange, StepRejected
+from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, StepRejected
 from hydro.dynamics.limiters import LIMITERS
 from hydro.gas import Closure
 from hydro.jit import kernel, part
@@ -88,7 +88,7 @@ class Grid(NamedTuple):
 
 
 @INTEGRATORS.register("lagrange-remap")
-class LagrangeRemap:
+class LagrangeRemap(Integrator):
     """Semi-implicit Lagrange-remap finite volumes, second order in time and space.
 
     cfl: largest share of a cell that a face may sweep in a step. tolerance: largest root mean square change, relative,
@@ -130,15 +130,15 @@ class LagrangeRemap:
         self._exchange = np.zeros(4)  # in the last step
         self.iterations = 0
 
-    def largest_step(self, state: State) -> float:
-        """What the remap, the error, and the last step allow."""
+    def limits(self, state: State) -> dict[str, float]:
+        """What the remap and the error of the last step allow; for the first step, a share of the time of sound."""
         last, allowed = self._steps
         if last == 0.0:
             c = self.gas.sound_speed(state.density, state.temperature)
             width = np.minimum(self.mesh.dx[:, None], self.mesh.dy[None, :])
-            return FIRST_STEP * float(np.min(width / (c + state.speed)))
+            return {"sound": FIRST_STEP * float(np.min(width / (c + state.speed)))}
         swept = sweep_rate(self._velocity, self.mesh.dx, self.mesh.dy)
-        return min(allowed, self.cfl / swept if swept > 0.0 else math.inf)
+        return {"remap": self.cfl / swept if swept > 0.0 else math.inf, "error": float(allowed)}
 
     def step(self, state: State, dt: float) -> Exchange:
         """Advance `state` in place by `dt`; StepRejected leaves it untouched."""

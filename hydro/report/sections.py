@@ -30,6 +30,7 @@ from hydro.report.blocks import (
     picture,
 )
 from hydro.runs.folder import RunFolder
+from hydro.runs.history import read_rows
 from hydro.runs.subject import AUTO
 
 MOST_PANELS = 12
@@ -178,7 +179,7 @@ def history(folder: RunFolder) -> list[Block]:
     """Curves of what the run has noted."""
     from hydro.pictures.history import PANELS, history_panel  # matplotlib is slow to import
 
-    rows = read_history(folder.history)
+    rows = read_rows(folder.history)
     if rows.size < 2:
         return []
     span = f"from t = {number(float(rows['time'][0]))} to {number(float(rows['time'][-1]))}"
@@ -294,8 +295,3 @@ def closing(content: Content) -> list[Block]:
 def pictures(path: Path, alt: str, caption: str = "") -> list[Figure]:
     """The picture of a file, if it is there."""
     return [picture(path, alt, caption)] if path.exists() else []
-
-
-def read_history(path: Path) -> np.ndarray:
-    """The rows of a history file, a field for each column."""
-    return np.atleast_1d(np.genfromtxt(path, delimiter=",", names=True)) if path.exists() else np.empty(0)

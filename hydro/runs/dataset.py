@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import warnings
 from collections.abc import Callable, Sequence
@@ -19,6 +18,7 @@ from hydro.mesh import Mesh
 from hydro.registry import Registry, UnknownName
 from hydro.runs.checkpoint import FIELDS, checkpoint_times, read_field, read_labels
 from hydro.runs.folder import RunFolder
+from hydro.runs.history import read_rows
 from hydro.runs.regime import grain_diameter
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
@@ -105,15 +105,13 @@ def read_history(path: str | os.PathLike[str]) -> pd.DataFrame:
     Also while the run goes on. DeckError where there is none.
     """
     folder = RunFolder(Path(path))
-    try:
-        text = folder.history.read_text(encoding="utf-8")
-    except FileNotFoundError:
+    if not folder.history.exists():
         folder.load_deck()
-        raise DeckError(f"{path} has no {folder.history.name}", "run folder") from None
-    whole_lines = text[: text.rfind("\n") + 1]
-    if not whole_lines:
+        raise DeckError(f"{path} has no {folder.history.name}", "run folder")
+    rows = read_rows(folder.history)
+    if not rows.size:
         raise DeckError(f"{path} has no rows in {folder.history.name} yet", "run folder")
-    return pd.read_csv(io.StringIO(whole_lines), index_col="time")
+    return pd.DataFrame(rows).set_index("time")
 
 
 def _words(long_name: str, unit: str) -> dict[str, str]:

@@ -8,9 +8,22 @@ from hydro.dynamics.heat import wall_heat
 from hydro.mesh import Mesh
 from hydro.state import State
 
+# Long name and unit of what the summary says of a state.
+QUANTITIES = {
+    "time": ("time", "L_x/T_*^(1/2)"),
+    "wall_max": ("largest density on the wall x = 0", "n_c"),
+    "wall_min": ("smallest density on the wall x = 0", "n_c"),
+    "gas_density": ("mean density at the wall x = 1", "n_c"),
+    "mean_pressure": ("mean pressure", "n_c T_*"),
+    "max_speed": ("largest speed of the flow", "T_*^(1/2)"),
+    "max_mach": ("largest Mach number", "1"),
+}
+
+CLUSTER = 1.2  # times the mean of n(0, y): what the top of a cluster exceeds at least
+
 
 def snapshot(state: State, wall) -> dict[str, float]:
-    """What the summary says of a state; see the functions below."""
+    """What the summary says of a state: QUANTITIES; see the functions below."""
     low, high = wall_extremes(state.density, state.mesh)
     return {
         "time": state.time,
@@ -85,3 +98,24 @@ def gas_density(state: State, wall) -> float:
     _, temperature = wall_heat(state.gas, wall, density, state.temperature[-1], 0.5 * mesh.dx[-1])
     face = state.gas.density(state.pressure[-1], temperature)
     return float(face @ mesh.dy) / mesh.aspect_ratio
+
+
+def clusters(line: np.ndarray, periodic: bool = False) -> np.ndarray:
+    """Cells of the largest density of each cluster along the wall x = 0, where n has the averages `line`, shape (ny,).
+
+    A cluster is a stretch of the wall on which n is above its mean over y, if n exceeds CLUSTER times that mean
+    somewhere in it: one maximum is counted, the largest, between two places where n falls below the mean.
+    """
+    start = int(np.argmin(line)) if periodic else 0  # no cluster lies across the seam then
+    mean, rolled = line.mean(), np.roll(line, -start)
+    inside = np.concatenate([[0], rolled > mean, [0]])
+    starts, ends = np.flatnonzero(np.diff(inside) == 1), np.flatnonzero(np.diff(inside) == -1)
+    tops = [a + int(np.argmax(rolled[a:b])) for a, b in zip(starts, ends, strict=True)]
+    return np.array([(top + start) % line.size for top in tops if rolled[top] > CLUSTER * mean], int)
+
+
+def centre_of_mass(state: State) -> tuple[float, float]:
+    """Mean x and y of the grains, in L_x; along a periodic direction, of the box as it is cut at its seam."""
+    mesh = state.mesh
+    moments = (mesh.integral(state.density * mesh.x[:, None]), mesh.integral(state.density * mesh.y))
+    return moments[0] / state.mass, moments[1] / state.mass
