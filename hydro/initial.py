@@ -11,6 +11,7 @@ import numpy as np
 from hydro.deck import EvolutionDeck
 from hydro.deck.initial import CosinePattern, ModesPattern, NoisePattern
 from hydro.errors import Complaint, DeckError
+from hydro.exact.evolution import EVOLUTIONS, exact_evolution
 from hydro.mesh import Mesh
 from hydro.registry import Registry
 from hydro.runs.checkpoint import read_checkpoint
@@ -72,11 +73,13 @@ for _name in ("cosine", "modes", "noise"):
     INITIAL_STATES.add(_name, patterned)
 
 
-@INITIAL_STATES.register("uniform")
-def uniform(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
-    """Uniform density, temperature and velocity."""
-    initial: Any = deck.initial
-    return State.of(gas, mesh, area_fraction(deck), initial.temperature, initial.velocity)
+def start_of_exact(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
+    """The state from which an exact evolution starts."""
+    return State(gas, mesh, exact_evolution(deck)(mesh, 0.0))
+
+
+for _name in EVOLUTIONS:
+    INITIAL_STATES.add(_name, start_of_exact)
 
 
 def along(axis: str, values: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from hydro.deck.fields import (
     Text,
     broken_rule,
 )
-from hydro.deck.initial import INITIALS, Initial, Pattern
+from hydro.deck.initial import INITIALS, Initial
 from hydro.deck.sections import WALLS, Box, Elastic, ExperimentDeck, Gas, Mesh, Vibrating, Wall
 
 # Names that decks use; the registries of the same things elsewhere hold exactly these.
@@ -137,7 +137,7 @@ class EvolutionDeck(ExperimentDeck):
             return initial
         if gas.f is None:
             raise broken_rule(f"required by the initial state {initial.kind!r}: average area fraction n/n_c", "gas.f")
-        if isinstance(initial, Pattern) and gas.f * (1 + initial.largest) >= 1:
+        if gas.f * (1 + initial.largest) >= 1:
             raise broken_rule("the initial state reaches close packing with its amplitude", "gas.f", gas.f)
         return initial
 

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
 from hydro.deck.fields import (
+    Among,
     Axis,
     Density,
     FileName,
@@ -16,11 +17,15 @@ from hydro.deck.fields import (
     Positive,
     Primitive,
     Tagged,
+    Text,
     Vector,
     Wave,
     broken_rule,
     same_length,
 )
+
+# Names that decks use; the table of the same things elsewhere holds exactly these.
+LINEAR_MODES = ("heat", "sound")
 
 
 class Pattern(Tagged):
@@ -86,6 +91,11 @@ class Initial(Tagged):
 
     needs_area_fraction: ClassVar[bool] = False
 
+    @property
+    def largest(self) -> float:
+        """Upper bound of the relative excess of the density over the area fraction, where that is known."""
+        return 0.0
+
 
 class MeanDensityInitial(Initial):
     """A state of given mean density gas.f and uniform temperature."""
@@ -112,6 +122,47 @@ class UniformInitial(MeanDensityInitial):
 
     kind: Literal["uniform"] = "uniform"
     velocity: Vector = Field(default=(0.0, 0.0), description="velocity [u, v], in T_*^(1/2)")
+
+
+class WaveInitial(MeanDensityInitial):
+    """A wave along x in a gas of density f."""
+
+    amplitude: Number = Field(default=0.1, gt=-1, lt=1, description="relative amplitude of the density")
+
+    @property
+    def largest(self) -> float:
+        return abs(self.amplitude)
+
+
+class SimpleWaveInitial(WaveInitial):
+    """A right-going sound wave of finite amplitude, n = f (1 + amplitude sin(2 pi x)), with the entropy of (f, T)."""
+
+    kind: Literal["simple_wave"] = "simple_wave"
+
+
+class DensityWaveInitial(WaveInitial):
+    """n = f (1 + amplitude sin(2 pi x)) at the uniform pressure p(f, T), in a gas that moves along x."""
+
+    kind: Literal["density_wave"] = "density_wave"
+    velocity: Number = Field(default=1.0, description="velocity of the gas, in T_*^(1/2)")
+
+
+class EigenmodeInitial(WaveInitial):
+    """A mode of the linearized equations without cooling, one wavelength along x."""
+
+    kind: Literal["eigenmode"] = "eigenmode"
+    amplitude: Number = Field(
+        default=1e-5, gt=-1, lt=1, description="relative amplitude of the density, small for a linear mode"
+    )
+    mode: Annotated[Text, Among(LINEAR_MODES)] = Field(
+        default="heat", description="heat, which is conducted, or sound, to the right; both as friction has them"
+    )
+
+
+class ManufacturedInitial(Initial):
+    """The made-up solution of hydro/exact/manufactured.py, kept by an added source; 0.35 < p < 0.65 and T about 1."""
+
+    kind: Literal["manufactured"] = "manufactured"
 
 
 class ProfileInitial(Initial):
@@ -178,6 +229,10 @@ INITIALS: dict[str, type[Initial]] = {
     "modes": ModesInitial,
     "noise": NoiseInitial,
     "uniform": UniformInitial,
+    "simple_wave": SimpleWaveInitial,
+    "density_wave": DensityWaveInitial,
+    "eigenmode": EigenmodeInitial,
+    "manufactured": ManufacturedInitial,
     "profile": ProfileInitial,
     "riemann": RiemannInitial,
     "checkpoint": CheckpointInitial,

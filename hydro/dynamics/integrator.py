@@ -7,10 +7,14 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from hydro.mesh import Mesh
 from hydro.registry import Registry
 from hydro.state import State
 
 INTEGRATORS: Registry[Callable[..., Integrator]] = Registry("integrator")
+
+# Rates of the four conserved fields, shape (4, nx, ny), at a time on a mesh, to be added to the equations.
+Source = Callable[[float, Mesh], np.ndarray]
 
 
 class StepRejected(Exception):

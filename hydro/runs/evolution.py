@@ -18,6 +18,7 @@ from hydro.deck.initial import CheckpointInitial
 from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator, StepRejected
 from hydro.errors import Complaint, DeckError, HydroError, RunFailed
+from hydro.exact.evolution import source_of
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
 from hydro.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
@@ -115,8 +116,10 @@ OPTIONS: dict[str, Callable[[EvolutionDeck], dict[str, Any]]] = {
 
 def integrator_of(deck: EvolutionDeck, state: State) -> Integrator:
     """The deck's integrator, ready for `state`."""
-    name = deck.time.integrator
-    return INTEGRATORS[name](state.gas, wall_of(deck), state.mesh, tau=deck.gas.tau, **OPTIONS[name](deck))
+    name, source = deck.time.integrator, source_of(deck)
+    return INTEGRATORS[name](
+        state.gas, wall_of(deck), state.mesh, tau=deck.gas.tau, source=source, **OPTIONS[name](deck)
+    )  # fmt: skip
 
 
 def warm_up(integrator: Integrator, state: State) -> float:
