@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
@@ -109,6 +109,11 @@ class Movie(Section):
 
 class EvolutionDeck(ExperimentDeck):
     """Evolution of the gas in time from an initial state."""
+
+    scalars: ClassVar[tuple[str, ...]] = (
+        "wall_max", "wall_min", "half_waves", "drift", "gas_density", "mean_pressure", "max_speed", "max_mach",
+        "mass_drift", "steps", "wall_seconds",
+    )  # fmt: skip
 
     kind: Literal["evolution"] = "evolution"
     gas: Gas
