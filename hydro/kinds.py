@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from hydro.registry import Registry
 from hydro.runs import branch, evolution, stability, steady
 from hydro.runs.scales import report
+from hydro.studies import convergence, sweep
 
 
 class Kind(NamedTuple):
@@ -16,10 +17,19 @@ class Kind(NamedTuple):
     solve: Callable[..., dict[str, Any]]  # (deck, folder, quiet) -> summary
     describe: Callable[..., list[str]]  # (deck) -> lines of scales and warnings
     closing: Callable[[dict[str, Any]], list[str]]  # (summary) -> what a person wants to know at the end
+    scalars: Callable[[dict[str, Any]], dict[str, Any]] = (
+        dict  # (summary) -> numbers, those that its decks name included
+    )
+    resumes: bool = False  # whether a run that was stopped goes on in its own folder
 
 
 KINDS: Registry[Kind] = Registry("kind")
-KINDS.add("evolution", Kind(evolution.solve, report, evolution.closing))
+KINDS.add("evolution", Kind(evolution.solve, report, evolution.closing, evolution.scalars))
 KINDS.add("steady", Kind(steady.solve, steady.describe, steady.closing))
-KINDS.add("branch", Kind(branch.solve, branch.describe, branch.closing))
-KINDS.add("stability", Kind(stability.solve, stability.describe, stability.closing))
+KINDS.add("branch", Kind(branch.solve, branch.describe, branch.closing, branch.scalars))
+KINDS.add("stability", Kind(stability.solve, stability.describe, stability.closing, stability.scalars))
+KINDS.add(
+    "convergence",
+    Kind(convergence.solve, convergence.describe, convergence.closing, convergence.scalars, resumes=True),
+)
+KINDS.add("sweep", Kind(sweep.solve, sweep.describe, sweep.closing, resumes=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Callable, Sequence
@@ -131,6 +132,28 @@ def check_exact(base: Deck) -> None:
             raise broken_rule(problem, f"base.{rule.key}")
 
 
+def grid_sizes(cells: list[Any]) -> list[float]:
+    """Cell widths along x, or along y where only that changes, for a box of length one."""
+    axis = 0 if cells[0][0] != cells[-1][0] else 1
+    return [1.0 / count[axis] for count in cells]
+
+
+# What orders are taken in: the first of these keys that the ladder has. The error of a step is proportional to its
+# square, and the tolerance bounds that.
+SIZES: dict[str, Callable[[list[Any]], list[float]]] = {
+    "mesh.cells": grid_sizes,
+    "time.dt_max": lambda steps: [float(step) for step in steps],
+    "time.cfl": lambda shares: [float(share) for share in shares],
+    "time.tolerance": lambda tolerances: [math.sqrt(tolerance) for tolerance in tolerances],
+}
+
+
+def ladder_sizes(ladder: Variation) -> list[float]:
+    """Cell widths, or time steps, of the levels, up to a common factor."""
+    key = next(key for key in SIZES if key in ladder.keys)
+    return SIZES[key]([changes[key] for changes in ladder.changes])
+
+
 class Convergence(Section):
     """Grids and steps, and what to measure on them."""
 
@@ -154,7 +177,18 @@ class Convergence(Section):
     def _check_ladder(cls, ladder: Variation) -> Variation:
         if len(ladder.changes) < 2:
             raise broken_rule("must have two levels or more")
+        if not set(SIZES) & set(ladder.keys):
+            raise broken_rule(f"its keys must have one of {', '.join(SIZES)}")
+        with contextlib.suppress(TypeError, ValueError, IndexError, ArithmeticError):  # the runs' decks will complain
+            sizes = ladder_sizes(ladder)
+            if any(fine >= coarse for coarse, fine in itertools.pairwise(sizes)):
+                raise broken_rule("must go from coarse to fine")
         return ladder
+
+    @property
+    def sizes(self) -> list[float]:
+        """Cell widths, or time steps, of the levels, up to a common factor."""
+        return ladder_sizes(self.ladder)
 
 
 class Expect(Section):

@@ -78,6 +78,7 @@ class Output(Section):
     history_every: Positive | None = Field(
         default=None, description="rows of the history file every so much scaled time; time.end/500 when not given"
     )
+    pictures: Flag = Field(default=True, description="whether to draw; hundreds of short runs are faster without")
     movie: Flag = Field(default=False, description="whether to keep frames, and to make a movie of them at the end")
     movie_every: Positive | None = Field(
         default=None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
@@ -11,6 +11,7 @@ from hydro.deck.fields import (
     Axis,
     Density,
     FileName,
+    Flag,
     Increasing,
     Number,
     OneOf,
@@ -89,7 +90,10 @@ PATTERNS: dict[str, type[Pattern]] = {"cosine": CosinePattern, "modes": ModesPat
 class Initial(Tagged):
     """The state at t=0."""
 
-    needs_area_fraction: ClassVar[bool] = False
+    @property
+    def needs_area_fraction(self) -> bool:
+        """Whether the state has the mean density gas.f."""
+        return False
 
     @property
     def largest(self) -> float:
@@ -100,9 +104,11 @@ class Initial(Tagged):
 class MeanDensityInitial(Initial):
     """A state of given mean density gas.f and uniform temperature."""
 
-    needs_area_fraction: ClassVar[bool] = True
-
     temperature: Positive = Field(default=1.0, description="temperature of the gas, in T_*")
+
+    @property
+    def needs_area_fraction(self) -> bool:
+        return True
 
 
 class CosineInitial(CosinePattern, MeanDensityInitial):
@@ -219,9 +225,18 @@ class CheckpointInitial(Initial):
 
     kind: Literal["checkpoint"] = "checkpoint"
     path: FileName = Field(description="checkpoint file (.h5)")
+    refill: Flag = Field(
+        default=False,
+        description="whether to add or take grains until the mean density is gas.f: everywhere by one factor on "
+        "n/(1-n), at the same temperature and velocity; pressure then stays about uniform",
+    )
     perturbation: Annotated[Pattern | None, OneOf(PATTERNS)] = Field(
         default=None, description="relative change of the density; none when not given"
     )
+
+    @property
+    def needs_area_fraction(self) -> bool:
+        return self.refill
 
 
 INITIALS: dict[str, type[Initial]] = {

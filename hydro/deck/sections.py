@@ -59,13 +59,13 @@ class Range(Section):
 
     @property
     def values(self) -> tuple[float, ...]:
-        """All of them, from start to stop."""
+        """All of them, from start to stop, to 15 digits."""
         shares = [k / (self.count - 1) for k in range(1, self.count - 1)]
         if self.spacing == "log":
             inner = [self.start * (self.stop / self.start) ** share for share in shares]
         else:
             inner = [self.start + (self.stop - self.start) * share for share in shares]
-        return (self.start, *inner, self.stop)
+        return (self.start, *(float(f"{value:.15g}") for value in inner), self.stop)
 
 
 class Gas(Section):

@@ -95,6 +95,21 @@ def closing(summary: dict[str, Any]) -> list[str]:
     ]
 
 
+def scalars(summary: dict[str, Any]) -> dict[str, Any]:
+    """Numbers that describe the run: those of its last snapshot among them."""
+    seen = summary["snapshots"]
+    return {**summary, **(seen[-1] if seen else {}), "drift": drift(seen)}
+
+
+def drift(snapshots: list[dict[str, Any]]) -> float | None:
+    """How fast the wall densities still change: the largest of |d log n/dt| between the last two snapshots."""
+    if len(snapshots) < 2:
+        return None
+    before, after = snapshots[-2:]
+    changes = [abs(math.log(after[key] / before[key])) for key in ("wall_max", "wall_min")]
+    return max(changes) / (after["time"] - before["time"])
+
+
 def refuse_own_checkpoint(deck: EvolutionDeck, folder: RunFolder) -> None:
     """DeckError if the run would replace the checkpoint that it starts from."""
     initial = deck.initial
@@ -153,7 +168,8 @@ class Keeper:
         self.snapshots.append(snapshot(run.state, self.wall))
         self.checkpoint(run)
         self._files.append(self.latest)
-        self._draw_density([run.state], self.snapshots[-1:], f"density_{self._count:04d}")
+        if self.deck.output.pictures:
+            self._draw_density([run.state], self.snapshots[-1:], f"density_{self._count:04d}")
 
     def checkpoint(self, run: Run) -> None:
         """Save the state, once for each time."""
@@ -174,9 +190,9 @@ class Keeper:
         """Save the last state, draw the pictures of the whole run, write the summary and return it."""
         seconds = run.wall_seconds
         self.checkpoint(run)
-        if self.snapshots:
+        if self.deck.output.pictures:
             self._draw_snapshots(run.state)
-        self._draw_history()
+            self._draw_history()
         summary = {**self._summary(run, seconds, completed), "compile_seconds": compile_seconds}
         self.folder.write_summary(summary)
         return summary
@@ -202,6 +218,8 @@ class Keeper:
 
     def _draw_snapshots(self, like: State) -> None:
         """Density maps and profiles of the snapshots, or of as many of them as fit into one picture."""
+        if not self.snapshots:
+            return
         from hydro.pictures.profiles import profiles  # matplotlib is slow to import
 
         which = np.unique(np.linspace(0, len(self._files) - 1, MOST_PANELS).astype(int)).tolist()

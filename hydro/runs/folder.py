@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -14,17 +15,18 @@ from hydro.errors import DeckError
 from hydro.runs.files import write_text
 
 OWN_FILES = (
-    "deck.toml", "summary.json", "history.csv", "points.csv", "checkpoints.xdmf", "movie.mp4", "movie.gif",
-    "report.html",
+    "deck.toml", "summary.json", "history.csv", "points.csv", "table.csv", "table.parquet", "checkpoints.xdmf",
+    "movie.mp4", "movie.gif", "report.html",
 )  # fmt: skip
-OWN_FOLDERS = ("checkpoints", "frames", "pictures")
+OWN_FOLDERS = ("checkpoints", "frames", "members", "pictures")
 
 
 class RunFolder:
     """Paths in a run's folder.
 
     deck.toml (resolved), summary.json, checkpoints/, pictures/; of an evolution history.csv, checkpoints.xdmf and,
-    where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch.
+    where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch;
+    members/ (folders of runs), table.csv and table.parquet of a study.
     """
 
     def __init__(self, path: Path):
@@ -41,6 +43,9 @@ class RunFolder:
         self.pictures = path / "pictures"
         self.comparison = path / "compare"
         self.report = path / "report.html"
+        self.members = path / "members"
+        self.table = path / "table.csv"
+        self.anew = False  # whether what is there is to be replaced, and nothing of it used
 
     def load_deck(self, overrides: Iterable[str] = ()) -> Deck:
         """The deck of the run that the folder holds, changed by overrides; DeckError if it holds none."""
@@ -48,13 +53,22 @@ class RunFolder:
             raise DeckError(f"{self.path} is no folder of a run: it has no {self.deck.name}", "run folder")
         return load(self.deck, overrides)
 
-    def check(self, overwrite: bool) -> None:
+    def holds(self, deck: str) -> bool:
+        """Whether the run in this folder, finished or not, is that of a resolved deck."""
+        return self.deck.exists() and self.deck.read_text(encoding="utf-8") == deck
+
+    def member(self, number: int) -> RunFolder:
+        """The folder of a run that a study is made of."""
+        return RunFolder(self.members / f"{number:04d}")
+
+    def check(self, overwrite: bool, resumable: str | None = None) -> None:
         """DeckError if the folder holds a run that is not to be replaced, or files that no run made, or cannot be made.
 
-        So hours of work do not end there.
+        So hours of work do not end there. resumable: a deck whose run may go on where it was left.
         """
+        self.anew = overwrite
         if self.deck.exists():
-            if not overwrite:
+            if not overwrite and not (resumable and self.holds(resumable)):
                 raise DeckError(f"{self.path} holds a run already; --overwrite replaces it", "output folder")
         elif taken := [name for name in (*OWN_FILES, *OWN_FOLDERS) if (self.path / name).exists()]:
             raise DeckError(f"{self.path} is no folder of a run, but has {', '.join(taken)}", "output folder")
@@ -75,14 +89,25 @@ class RunFolder:
         except OSError as error:
             raise DeckError(f"{self.path} cannot be written: {error.strerror}", "output folder") from error
 
+    def resume(self, deck: str) -> None:
+        """As `prepare`; but where this very study was begun, its members are kept."""
+        if self.anew or not self.holds(deck):
+            shutil.rmtree(self.members, ignore_errors=True)
+        self.prepare(deck)
+        self.members.mkdir(exist_ok=True)
+
     def _clear(self) -> None:
-        """Remove what an earlier run left, and nothing else."""
+        """Remove what an earlier run left, but for the members of a study, and nothing else."""
         made = [self.path / name for name in OWN_FILES]
         made += [*self.checkpoints.glob("*.h5"), *self.frames.glob("*.h5")]
         made += [*self.pictures.glob("*.png"), *self.pictures.glob("*.pdf")]
         made += [*self.comparison.glob("*.png"), *self.comparison.glob("*.json")]
         for path in made:
             path.unlink(missing_ok=True)
+
+    def read_summary(self) -> dict[str, Any]:
+        """What summary.json says."""
+        return json.loads(self.summary.read_text(encoding="utf-8"))
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write summary.json; numbers that JSON does not know become null."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -84,13 +85,18 @@ class History(Quiet):
 
 
 class StopOnSignal(Quiet):
-    """Stops the run, between two steps, when SIGINT or SIGTERM has come. A context manager."""
+    """Stops the run, between two steps, when SIGINT or SIGTERM has come. A context manager.
+
+    Beside the main thread, which alone gets signals, it does nothing.
+    """
 
     def __init__(self) -> None:
         self._received: str | None = None
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> StopOnSignal:
+        if threading.current_thread() is not threading.main_thread():
+            return self
         for number in (signal.SIGINT, signal.SIGTERM):
             self._before[number] = signal.signal(number, self._receive)
         return self

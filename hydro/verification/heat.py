@@ -26,7 +26,8 @@ from hydro.gas import Grossman
 from hydro.jit import compiled_methods
 from hydro.mesh import Mesh
 from hydro.state import State
-from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement, orders
+from hydro.studies.orders import orders
+from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import ELASTIC, IDEAL, along, godunov, l1, laid, run
 from hydro.walls import WALLS
 

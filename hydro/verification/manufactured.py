@@ -19,7 +19,8 @@ from hydro.exact import Manufactured
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
 from hydro.state import State
-from hydro.verification.claims import Claim, Findings, Row, Table, at_least, measurement, orders
+from hydro.studies.orders import orders
+from hydro.verification.claims import Claim, Findings, Row, Table, at_least, measurement
 from hydro.verification.march import l1, run
 from hydro.walls import VibratingWall
 

@@ -19,7 +19,8 @@ from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.exact import DensityWave, SimpleWave, cell_averages, isobaric_profile
 from hydro.mesh import Mesh
 from hydro.state import State
-from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement, orders
+from hydro.studies.orders import orders
+from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import IDEAL, along, godunov, l1, laid, run
 
 TOPIC = "Waves"
