@@ -179,10 +179,11 @@ class Convergence(Section):
             raise broken_rule("must have two levels or more")
         if not set(SIZES) & set(ladder.keys):
             raise broken_rule(f"its keys must have one of {', '.join(SIZES)}")
+        sizes: list[float] = []
         with contextlib.suppress(TypeError, ValueError, IndexError, ArithmeticError):  # the runs' decks will complain
             sizes = ladder_sizes(ladder)
-            if any(fine >= coarse for coarse, fine in itertools.pairwise(sizes)):
-                raise broken_rule("must go from coarse to fine")
+        if any(fine >= coarse for coarse, fine in itertools.pairwise(sizes)):
+            raise broken_rule("must go from coarse to fine")
         return ladder
 
     @property

@@ -53,7 +53,7 @@ def client_of(scheduler: str | None, members: int) -> Iterator[Client]:
         if scheduler is None:
             count = min(len(os.sched_getaffinity(0)), members)
             cluster = LocalCluster(
-                n_workers=count, threads_per_worker=1, processes=True, memory_limit=0, dashboard_address=None,
+                n_workers=count, threads_per_worker=1, processes=True, memory_limit=0, dashboard_address=":0",
                 silence_logs=logging.CRITICAL,
             )  # fmt: skip
             yield stack.enter_context(Client(stack.enter_context(cluster), set_as_default=False))
