@@ -25,8 +25,8 @@ class RunFolder:
     """Paths in a run's folder.
 
     deck.toml (resolved), summary.json, checkpoints/, pictures/; of an evolution history.csv, checkpoints.xdmf and,
-    where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch;
-    members/ (folders of runs), table.csv and table.parquet of a study.
+    where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch; of a study members/ (folders of
+    runs), table.csv and table.parquet.
     """
 
     def __init__(self, path: Path):
