@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from hydro.errors import DeckError, HydroError, RunFailed, Stopped
+from hydro.errors import DeckError, HydroError, Missed, RunFailed, Stopped
 
 USAGE = """\
-python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite]
+python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite] [--scheduler ADDRESS]
        python -m hydro restart RUNDIR [section.key=value ...] [--quiet]
        python -m hydro movie RUNDIR [key=value ...] [--quiet]
        python -m hydro check DECK.toml [section.key=value ...]
@@ -24,7 +24,8 @@ python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--ov
 EPILOG = """\
 A run writes output/<deck name>/ unless --output names another folder: the resolved deck, summary.json,
 checkpoints, pictures, tables. Exit codes: 0 done; 2 bad deck or arguments; 3 it failed, what was good is saved;
-4 stopped by a signal or a time limit, what was finished is saved; 5 a claim of the verification book fails."""
+4 stopped by a signal or a time limit, what was finished is saved; 5 a claim of the verification book fails, or what
+a study expects."""
 
 MOVIE_EPILOG = """\
 The keys say how the movie looks: colours (gray, viridis, cividis, magma, inferno), scale (linear, log), limits
@@ -67,9 +68,10 @@ def run(words: list[str]) -> int:
     parser.add_argument("--output", type=Path, metavar="DIR", help="folder of the run")
     parser.add_argument("--quiet", action="store_true", help="no progress, no closing lines")
     parser.add_argument("--overwrite", action="store_true", help="replace a run that the folder holds")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, to run the members of a sweep on")
     options = parser.parse_intermixed_args(words)
 
-    from hydro.deck import load
+    from hydro.deck import dumps, load
     from hydro.runs.folder import RunFolder
 
     deck = load(options.deck, options.overrides)
@@ -78,12 +80,13 @@ def run(words: list[str]) -> int:
     from hydro.kinds import KINDS
 
     kind = KINDS[deck.kind]
+    if options.scheduler and deck.kind != "sweep":
+        raise DeckError(f"only a sweep runs on a cluster, not a deck of kind {deck.kind!r}", "--scheduler")
+    where = {"scheduler": options.scheduler} if options.scheduler else {}
     with folder.held():
-        folder.check(options.overwrite)
-        summary = kind.solve(deck, folder, options.quiet)
-    if not options.quiet:
-        print("\n".join([*kind.closing(summary), f"results in {folder.path}"]))
-    return 0
+        folder.check(options.overwrite, dumps(deck) if kind.goes_on else None)
+        summary = kind.solve(deck, folder, options.quiet, **where)
+    return _close(kind, summary, folder, options.quiet)
 
 
 def restart(words: list[str]) -> int:
@@ -93,6 +96,7 @@ def restart(words: list[str]) -> int:
     parser.add_argument("--quiet", action="store_true", help="no progress, no closing lines")
     options = parser.parse_intermixed_args(words)
 
+    from hydro.deck import dumps
     from hydro.kinds import KINDS
     from hydro.runs.folder import RunFolder
     from hydro.runs.restart import deck_of
@@ -105,9 +109,18 @@ def restart(words: list[str]) -> int:
         kind = KINDS[deck.kind]
         if kind.resume is None:
             raise DeckError(f"a run of kind {deck.kind!r} cannot be continued; run its deck anew", "restart")
+        if kind.goes_on:
+            folder.check(False, dumps(deck))  # a changed study would lose its members
         summary = kind.resume(deck, folder, options.quiet)
-    if not options.quiet:
+    return _close(kind, summary, folder, options.quiet)
+
+
+def _close(kind: Any, summary: dict[str, Any], folder: Any, quiet: bool) -> int:
+    """Say what came out; Missed if that is not what the deck expects."""
+    if not quiet:
         print("\n".join([*kind.closing(summary), f"results in {folder.path}"]))
+    if summary.get("missed"):
+        raise Missed("not as expected\n  " + "\n  ".join(summary["missed"]))
     return 0
 
 

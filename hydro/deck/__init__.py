@@ -1,8 +1,9 @@
 """Decks: what a user asks for, read from TOML, checked, and complained about all at once."""
 
+from hydro.deck.campaigns import ConvergenceDeck, SweepDeck
 from hydro.deck.evolution import EvolutionDeck
 from hydro.deck.kinds import KINDS
-from hydro.deck.load import dumps, load, parse, validate
+from hydro.deck.load import changed, dumps, load, parse, validate
 from hydro.deck.sections import Deck
 from hydro.deck.stability import StabilityDeck
 from hydro.deck.steady import BranchDeck, SteadyDeck
@@ -10,10 +11,13 @@ from hydro.deck.steady import BranchDeck, SteadyDeck
 __all__ = [
     "KINDS",
     "BranchDeck",
+    "ConvergenceDeck",
     "Deck",
     "EvolutionDeck",
     "StabilityDeck",
     "SteadyDeck",
+    "SweepDeck",
+    "changed",
     "dumps",
     "load",
     "parse",

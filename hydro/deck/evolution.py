@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
@@ -19,7 +19,7 @@ from hydro.deck.fields import (
     Text,
     broken_rule,
 )
-from hydro.deck.initial import INITIALS, Initial, Pattern
+from hydro.deck.initial import INITIALS, Initial
 from hydro.deck.sections import WALLS, Box, Elastic, ExperimentDeck, Gas, Mesh, Vibrating, Wall
 
 # Names that decks use; the registries of the same things elsewhere hold exactly these.
@@ -97,6 +97,7 @@ class Output(Section):
         default=None,
         description="rows of the history file every so much scaled time, 0 for every step; time.end/500 when not given",
     )
+    pictures: Flag = Field(default=True, description="whether to draw; hundreds of short runs are faster without")
     movie: Flag = Field(default=False, description="whether to keep frames, and to make a movie of them at the end")
     movie_every: Positive | None = Field(
         default=None,
@@ -129,6 +130,11 @@ class Movie(Section):
 class EvolutionDeck(ExperimentDeck):
     """Evolution of the gas in time from an initial state."""
 
+    scalars: ClassVar[tuple[str, ...]] = (
+        "wall_max", "wall_min", "half_waves", "drift", "gas_density", "mean_pressure", "max_speed", "max_mach",
+        "mass_drift", "steps", "wall_seconds",
+    )  # fmt: skip
+
     kind: Literal["evolution"] = "evolution"
     gas: Gas
     box: Box = Box()
@@ -156,7 +162,7 @@ class EvolutionDeck(ExperimentDeck):
             return initial
         if gas.f is None:
             raise broken_rule(f"required by the initial state {initial.kind!r}: average area fraction n/n_c", "gas.f")
-        if isinstance(initial, Pattern) and gas.f * (1 + initial.largest) >= 1:
+        if gas.f * (1 + initial.largest) >= 1:
             raise broken_rule("the initial state reaches close packing with its amplitude", "gas.f", gas.f)
         return initial
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numba
@@ -17,7 +17,7 @@ import numpy as np
 from numba import prange
 
 from hydro.dynamics import hancock, heat
-from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, StepRejected
+from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, Source, StepRejected
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
@@ -27,8 +27,6 @@ from hydro.mesh import GHOSTS, Mesh
 from hydro.state import State, worst_cell
 
 CELLS_PER_THREAD = 4096  # fewer are not worth waking a thread for
-
-Source = Callable[[float, Mesh], np.ndarray]
 
 
 class Flow(NamedTuple):

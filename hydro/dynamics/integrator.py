@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from hydro.mesh import Mesh
 from hydro.registry import Registry
 from hydro.state import State
 
@@ -14,6 +15,9 @@ from hydro.state import State
 STEP_LIMITS = ("sound", "remap", "error")
 
 INTEGRATORS: Registry[Callable[..., Integrator]] = Registry("integrator")
+
+# Rates of the four conserved fields, shape (4, nx, ny), at a time on a mesh, to be added to the equations.
+Source = Callable[[float, Mesh], np.ndarray]
 
 
 class StepRejected(Exception):

@@ -235,6 +235,7 @@ def _read(file: h5py.File) -> Checkpoint:
 def _rows(group: h5py.Group) -> list[dict[str, Any]]:
     """The snapshots, as the summary has them."""
     columns: dict[str, list[Any]] = {name: group[name][:].tolist() for name in QUANTITIES}
+    columns["half_waves"] = [int(number) for number in columns["half_waves"]]
     columns["checkpoint"] = _texts(group["checkpoint"])
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 

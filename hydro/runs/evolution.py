@@ -19,6 +19,7 @@ from hydro.deck.initial import CheckpointInitial
 from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator, StepRejected
 from hydro.errors import CheckpointError, Complaint, DeckError, HydroError, RunFailed
+from hydro.exact.evolution import source_of
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
 from hydro.revision import git_revision
@@ -142,6 +143,21 @@ def closing(summary: dict[str, Any]) -> list[str]:
     ]
 
 
+def scalars(summary: dict[str, Any]) -> dict[str, Any]:
+    """Numbers that describe the run: those of its last snapshot among them."""
+    seen = summary["snapshots"]
+    return {**summary, **(seen[-1] if seen else {}), "drift": drift(seen)}
+
+
+def drift(snapshots: list[dict[str, Any]]) -> float | None:
+    """How fast the wall densities still change: the largest of |d log n/dt| between the last two snapshots."""
+    if len(snapshots) < 2:
+        return None
+    before, after = snapshots[-2:]
+    changes = [abs(math.log(after[key] / before[key])) for key in ("wall_max", "wall_min")]
+    return max(changes) / (after["time"] - before["time"])
+
+
 def refuse_own_checkpoint(deck: EvolutionDeck, folder: RunFolder) -> None:
     """DeckError if the run would replace the checkpoint that it starts from."""
     initial = deck.initial
@@ -163,8 +179,10 @@ OPTIONS: dict[str, Callable[[EvolutionDeck], dict[str, Any]]] = {
 
 def integrator_of(deck: EvolutionDeck, state: State) -> Integrator:
     """The deck's integrator, ready for `state`."""
-    name = deck.time.integrator
-    return INTEGRATORS[name](state.gas, wall_of(deck), state.mesh, tau=deck.gas.tau, **OPTIONS[name](deck))
+    name, source = deck.time.integrator, source_of(deck)
+    return INTEGRATORS[name](
+        state.gas, wall_of(deck), state.mesh, tau=deck.gas.tau, source=source, **OPTIONS[name](deck)
+    )  # fmt: skip
 
 
 def warm_up(integrator: Integrator, state: State) -> float:
@@ -200,7 +218,8 @@ class Keeper:
         """Note the observables, draw the density, and save a checkpoint to keep."""
         row: dict[str, Any] = {**snapshot(run.state, self.wall), "checkpoint": self._path(run).name}
         self.snapshots.append(row)
-        self._draw_density([run.state], [row], f"density_{len(self.snapshots):04d}")
+        if self.deck.output.pictures:
+            self._draw_density([run.state], [row], f"density_{len(self.snapshots):04d}")
         self._save(run, replaceable=False)
 
     def cadence(self, run: Run) -> None:
@@ -234,9 +253,9 @@ class Keeper:
         """Save the last state, draw the pictures of the whole run, write the summary and return it."""
         seconds = run.wall_seconds
         self._save(run, replaceable=not completed)
-        if self.snapshots:
+        if self.deck.output.pictures:
             self._draw_snapshots(run.state)
-        self._draw_history()
+            self._draw_history()
         summary = {**self._summary(run, seconds, completed), "compile_seconds": compile_seconds}
         self.folder.write_summary(summary)
         return summary
@@ -276,6 +295,8 @@ class Keeper:
 
     def _draw_snapshots(self, like: State) -> None:
         """Density maps and profiles of the snapshots, or of as many of them as fit into one picture."""
+        if not self.snapshots:
+            return
         from hydro.pictures.profiles import profiles  # matplotlib is slow to import
 
         which = np.unique(np.linspace(0, len(self.snapshots) - 1, MOST_PANELS).astype(int)).tolist()

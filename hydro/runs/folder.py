@@ -6,6 +6,7 @@ import contextlib
 import json
 import math
 import os
+import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,10 @@ from hydro.runs.files import partial, write_text
 from hydro.runs.lock import locked
 
 OWN_FILES = (
-    "deck.toml", "summary.json", "history.csv", "points.csv", "checkpoints.xdmf", "movie.mp4", "movie.gif",
-    "report.html",
+    "deck.toml", "summary.json", "history.csv", "points.csv", "table.csv", "table.parquet", "checkpoints.xdmf",
+    "movie.mp4", "movie.gif", "report.html",
 )  # fmt: skip
-OWN_FOLDERS = ("checkpoints", "frames", "pictures")
+OWN_FOLDERS = ("checkpoints", "frames", "members", "pictures")
 DAMAGED = ".damaged"  # follows the names of checkpoints that could not be read
 
 
@@ -27,8 +28,9 @@ class RunFolder:
     """Paths in a run's folder.
 
     deck.toml (resolved), summary.json, checkpoints/, pictures/; of an evolution history.csv, checkpoints.xdmf and,
-    where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch.
-    .lock, which is held while a process works here.
+    where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch; of a study members/ (folders of
+    runs), table.csv and table.parquet.
+    .lock is held while a process works here.
     """
 
     def __init__(self, path: Path):
@@ -46,12 +48,23 @@ class RunFolder:
         self.pictures = path / "pictures"
         self.comparison = path / "compare"
         self.report = path / "report.html"
+        self.members = path / "members"
+        self.table = path / "table.csv"
+        self.anew = False  # whether what is there is to be replaced, and nothing of it used
 
     def load_deck(self, overrides: Iterable[str] = ()) -> Deck:
         """The deck of the run that the folder holds, changed by overrides; DeckError if it holds none."""
         if not self.deck.is_file():
             raise DeckError(f"{self.path} is no folder of a run: it has no {self.deck.name}", "run folder")
         return load(self.deck, overrides)
+
+    def holds(self, deck: str) -> bool:
+        """Whether the run in this folder, finished or not, is that of a resolved deck."""
+        return self.deck.exists() and self.deck.read_text(encoding="utf-8") == deck
+
+    def member(self, number: int) -> RunFolder:
+        """The folder of a run that a study is made of."""
+        return RunFolder(self.members / f"{number:04d}")
 
     @contextlib.contextmanager
     def held(self) -> Iterator[None]:
@@ -82,10 +95,14 @@ class RunFolder:
             if made and not any(self.path.iterdir()):
                 self.path.rmdir()
 
-    def check(self, overwrite: bool) -> None:
-        """DeckError if the folder holds a run that is not to be replaced, or files that no run made."""
+    def check(self, overwrite: bool, resumable: str | None = None) -> None:
+        """DeckError if the folder holds a run that is not to be replaced, or files that no run made.
+
+        resumable: a deck whose run may go on where it was left.
+        """
+        self.anew = overwrite
         if self.deck.exists():
-            if not overwrite:
+            if not overwrite and not (resumable and self.holds(resumable)):
                 raise DeckError(f"{self.path} holds a run already; --overwrite replaces it", "output folder")
         elif taken := [name for name in (*OWN_FILES, *OWN_FOLDERS) if (self.path / name).exists()]:
             raise DeckError(f"{self.path} is no folder of a run, but has {', '.join(taken)}", "output folder")
@@ -102,10 +119,18 @@ class RunFolder:
             write_text(self.deck, deck)  # before anything else is there: what lies beside a deck is known to be a run's
             for folder in (self.path, self.checkpoints, self.pictures):
                 folder.mkdir(exist_ok=True)
+            for folder in (self.path, self.checkpoints, self.pictures, self.frames):
                 for path in partial(folder):
                     path.unlink()
         except OSError as error:
             raise DeckError(f"{self.path} cannot be written: {error.strerror}", "output folder") from error
+
+    def resume(self, deck: str) -> None:
+        """As `prepare`; but where this very study was begun, its members are kept."""
+        if self.anew or not self.holds(deck):
+            shutil.rmtree(self.members, ignore_errors=True)
+        self.prepare(deck)
+        self.members.mkdir(exist_ok=True)
 
     def _made(self) -> list[Path]:
         """All that a run leaves, but for its deck."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from hydro.dynamics.heat import wall_heat
@@ -13,6 +15,7 @@ QUANTITIES = {
     "time": ("time", "L_x/T_*^(1/2)"),
     "wall_max": ("largest density on the wall x = 0", "n_c"),
     "wall_min": ("smallest density on the wall x = 0", "n_c"),
+    "half_waves": ("number of half-waves along the wall x = 0, 0 where n is uniform", "1"),
     "gas_density": ("mean density at the wall x = 1", "n_c"),
     "mean_pressure": ("mean pressure", "n_c T_*"),
     "max_speed": ("largest speed of the flow", "T_*^(1/2)"),
@@ -20,15 +23,17 @@ QUANTITIES = {
 }
 
 CLUSTER = 1.2  # times the mean of n(0, y): what the top of a cluster exceeds at least
+UNIFORM = 0.02  # range of n along the wall x = 0, over its mean, up to which a state counts as extended
 
 
-def snapshot(state: State, wall) -> dict[str, float]:
+def snapshot(state: State, wall) -> dict[str, Any]:
     """What the summary says of a state: QUANTITIES; see the functions below."""
     low, high = wall_extremes(state.density, state.mesh)
     return {
         "time": state.time,
         "wall_max": high,
         "wall_min": low,
+        "half_waves": half_waves(wall_profile(state.density, state.mesh), state.mesh),
         "gas_density": gas_density(state, wall),
         "mean_pressure": state.mesh.integral(state.pressure) / state.mesh.aspect_ratio,
         "max_speed": float(state.speed.max()),
@@ -68,6 +73,19 @@ def cluster_position(density: np.ndarray, mesh: Mesh) -> float:
     bend = below - 2.0 * here + above
     offset = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
     return float(mesh.y[top] + offset * mesh.dy[top])
+
+
+def half_waves(line: np.ndarray, mesh: Mesh) -> int:
+    """Number of half-waves across the box of the largest cosine in n(0, y), shape (ny,); 0 where n is about uniform.
+
+    In a box that is periodic in y waves have any phase, and the number is even.
+    """
+    if np.ptp(line) <= UNIFORM * np.mean(line):
+        return 0
+    if mesh.periodic[1]:
+        return 2 * int(np.argmax(np.abs(np.fft.rfft(line))[1:]) + 1)
+    cosines = np.cos(np.pi * np.outer(np.arange(1, line.size), mesh.y) / mesh.aspect_ratio)
+    return int(np.argmax(np.abs(cosines @ (line * mesh.dy))) + 1)
 
 
 def even_extrapolation(averages: np.ndarray, widths: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable
 from types import FrameType
@@ -83,7 +84,10 @@ class WallLimit(Quiet):
 
 
 class OnSignal(Quiet):
-    """Base of trackers that note signals, to act between two steps. A context manager."""
+    """Base of trackers that note signals, to act between two steps. A context manager.
+
+    Beside the main thread, which alone gets signals, it does nothing.
+    """
 
     signals: ClassVar[tuple[signal.Signals, ...]]
 
@@ -92,6 +96,8 @@ class OnSignal(Quiet):
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Self:
+        if threading.current_thread() is not threading.main_thread():
+            return self
         for number in self.signals:
             self._before[number] = signal.signal(number, self._receive)
         return self
