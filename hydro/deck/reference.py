@@ -19,7 +19,7 @@ A deck is a TOML file. Its `kind` says what it asks for; everything else stands 
 Any key can be changed on the command line: `section.key=value`, for example `time.end=10 wall.kind=thermal`.
 Where that switches the kind of a section, keys that only the other kinds know are dropped from it.
 Numbers are scaled: length `L_x`, density `n_c`, temperature `T_*`, hence velocity `T_*^(1/2)`, time `L_x/T_*^(1/2)`,
-pressure `n_c T_*`."""
+pressure `n_c T_*`. Each is zero or of a size between 1e-30 and 1e30."""
 
 HEADER = "| key | type | default | allowed | meaning |\n|---|---|---|---|---|"
 WORDS = {float: "number", int: "whole number", str: "text", bool: "true or false"}
