@@ -11,7 +11,7 @@ import numpy as np
 
 from hydro.deck import EvolutionDeck
 from hydro.deck.initial import CosinePattern, ModesPattern, NoisePattern
-from hydro.errors import Complaint, DeckError
+from hydro.errors import CheckpointError, Complaint, DeckError
 from hydro.exact.evolution import EVOLUTIONS, exact_evolution
 from hydro.mesh import Mesh
 from hydro.registry import Registry
@@ -124,7 +124,10 @@ def _conserved_along(gas, mesh: Mesh, axis: str, primitive) -> np.ndarray:
 def from_checkpoint(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
     """The state of a checkpoint, put on this mesh, with a perturbation if one is asked for."""
     initial: Any = deck.initial
-    saved = read_checkpoint(Path(initial.path))
+    try:
+        saved = read_checkpoint(Path(initial.path))
+    except CheckpointError as error:
+        raise DeckError([Complaint("initial.path", str(error))], "initial state") from error
     if not np.isclose(saved.mesh.aspect_ratio, mesh.aspect_ratio, rtol=1e-12):
         problem = f"{initial.path} has the aspect ratio {saved.mesh.aspect_ratio:g}, box.aspect_ratio is another"
         raise DeckError([Complaint("initial.path", problem)], "initial state")

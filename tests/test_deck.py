@@ -68,6 +68,8 @@ def test_defaults():
         ("gas.L=2020-01-01", "gas.L", "must be a number", None),
         ("gas.L=1" + 400 * "0", "gas.L", "too large for a number", None),
         ("gas.L=0x" + 9000 * "f", "gas.L", "a huge number is not allowed; too large", None),
+        ("gas.K=1e-31", "gas.K", "must be zero or of a size between 1e-30 and 1e+30", None),
+        ("wall.W=1e31", "wall.W", "must be zero or of a size", None),
         ("gas.K=inf", "gas.K", "must be finite", None),
         ("gas.f=nan", "gas.f", "nan is not allowed", None),
         ("gas.tau=nan", "gas.tau", "nan is not allowed", None),
@@ -136,7 +138,7 @@ def test_defaults():
         ("gas.L.x=3", "gas.L.x", "gas.L is not a section", None),
         ("gas.L=", "gas.L=", "neither a TOML value nor a word", None),
         ("gas.L=[1", "gas.L=[1", "neither a TOML value nor a word", None),
-        ("gas.L=1\nv2=3", "gas.L=1\nv2=3", "neither", None),
+        ("gas.L=1\nv2=3", "gas.L=1\\nv2=3", "neither", None),
         ("about.title=\udcff", "about.title=\\udcff", "not an override", None),
     ],
 )
@@ -244,7 +246,7 @@ def test_load_reads_files_with_byte_order_mark(tmp_path):
     "overrides",
     [
         [],
-        ["gas.tau=inf", "gas.K=1e-300", "gas.L=0.1"],
+        ["gas.tau=inf", "gas.K=1e-30", "gas.L=0.1"],
         ["wall.kind=elastic", "box.periodic=['x', 'y']", "time.tolerance=1e-5", "time.dt_max=3"],
         [MODES % "[0.1, -0.2]"],
         [PROFILE % ", pressure=[1, 2], velocity=[0, 1]"],

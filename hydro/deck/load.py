@@ -230,7 +230,7 @@ def _setting(argument: str) -> tuple[Keys, Any]:
     shown = _printable(argument)
     name, equals, text = argument.partition("=")
     keys = tuple(key.strip() for key in name.split("."))
-    if shown != argument or not equals or not all(keys):
+    if not _is_unicode(argument) or not equals or not all(keys):
         raise DeckError("not an override; write section.key=value", shown)
     return keys, _value(text.strip(), shown)
 
@@ -462,6 +462,11 @@ def _show(value: object) -> str:
         return "a huge number"
 
 
+def _is_unicode(text: str) -> bool:
+    """Whether `text` is without the surrogates that stand for bytes which are none."""
+    return text.encode(errors="ignore").decode() == text
+
+
 def _printable(text: str) -> str:
-    """`text` with what is not valid Unicode escaped: command-line arguments may hold any bytes."""
-    return text.encode(errors="backslashreplace").decode()
+    """`text` with what cannot be shown escaped: command-line arguments may hold any bytes."""
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in text)
