@@ -171,6 +171,11 @@ def checkpoint_times(folder: Path, known: Mapping[Path, float] | None = None) ->
     return dict(sorted(times.items(), key=lambda entry: (entry[1], entry[0]))), troubles
 
 
+def leave_out(trouble: str) -> None:
+    """Say on stderr what is left out."""
+    print(f"hydro: {trouble}; left out", file=sys.stderr)
+
+
 @contextlib.contextmanager
 def _opened(path: Path, verify: bool = True) -> Iterator[h5py.File]:
     """The file of a checkpoint of this version; CheckpointError if it is none, or if reading it fails.

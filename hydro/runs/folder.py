@@ -20,7 +20,7 @@ OWN_FILES = (
     "deck.toml", "summary.json", "history.csv", "points.csv", "table.csv", "table.parquet", "checkpoints.xdmf",
     "movie.mp4", "movie.gif", "report.html",
 )  # fmt: skip
-OWN_FOLDERS = ("checkpoints", "frames", "members", "pictures")
+OWN_FOLDERS = ("checkpoints", "frames", "members", "pictures", "compare")
 DAMAGED = ".damaged"  # follows the names of checkpoints that could not be read
 
 
