@@ -50,8 +50,8 @@ to t = {end:g}, L = {L:g}, K = {K:g}, tau = {tau:g}, {cells} cells per unit leng
 is what is found at t = {end:g}. A pale square: one start has ended in the extended state, another in a localized one.*
 
 The number of half-waves is that of the largest cosine in n(0, y); a state is extended where n(0, y) varies by less
-than 2% of its mean. It is found if the densities on the wall x = 0 change by less than {settled:g} of themselves per unit
-time between t = {before:g} and the end; else it is still changing."""
+than 2% of its mean. It is found if the densities on the wall x = 0 change by less than {settled:g} of themselves per
+unit time between t = {before:g} and the end; else it is still changing."""
 
 
 def run(output: Path, deck: str, *overrides: str) -> Path:
