@@ -102,6 +102,7 @@ class RunFolder:
             write_text(self.deck, deck)  # before anything else is there: what lies beside a deck is known to be a run's
             for folder in (self.path, self.checkpoints, self.pictures):
                 folder.mkdir(exist_ok=True)
+            for folder in (self.path, self.checkpoints, self.pictures, self.frames):
                 for path in partial(folder):
                     path.unlink()
         except OSError as error:
@@ -121,9 +122,10 @@ class RunFolder:
     def read_summary(self) -> dict[str, Any]:
         """What summary.json says; nothing where there is none, or none that can be read."""
         try:
-            return json.loads(self.summary.read_text(encoding="utf-8"))
+            summary = json.loads(self.summary.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
+        return summary if isinstance(summary, dict) else {}
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write summary.json; numbers that JSON does not know become null."""
