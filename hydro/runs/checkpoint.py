@@ -165,7 +165,7 @@ def checkpoint_times(folder: Path, known: Mapping[Path, float] | None = None) ->
         if path.name.startswith("."):
             continue
         try:
-            times[path] = known[path] if known and path in known else float(read_labels(path)["time"])
+            times[path] = known[path] if known and path in known else _read_time(path)
         except CheckpointError as error:
             troubles.append(str(error))
     return dict(sorted(times.items(), key=lambda entry: (entry[1], entry[0]))), troubles
@@ -174,6 +174,11 @@ def checkpoint_times(folder: Path, known: Mapping[Path, float] | None = None) ->
 def leave_out(trouble: str) -> None:
     """Say on stderr what is left out."""
     print(f"hydro: {trouble}; left out", file=sys.stderr)
+
+
+def _read_time(path: Path) -> float:
+    with _opened(path, verify=False) as file:
+        return float(file.attrs["time"])
 
 
 @contextlib.contextmanager

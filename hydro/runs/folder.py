@@ -146,9 +146,10 @@ class RunFolder:
     def read_summary(self) -> dict[str, Any]:
         """What summary.json says; nothing where there is none, or none that can be read."""
         try:
-            return json.loads(self.summary.read_text(encoding="utf-8"))
+            summary = json.loads(self.summary.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
+        return summary if isinstance(summary, dict) else {}
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write summary.json; numbers that JSON does not know become null."""

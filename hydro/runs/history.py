@@ -28,8 +28,8 @@ class History(Quiet):
         self._header, rows = whole_lines(path)
         kept = list(takewhile(lambda row: time_of(row) < begin, rows))
         self._due = self._after(time_of(kept[-1])) if kept else 0.0
-        if self._header:
-            write_text(path, "".join(f"{line}\n" for line in (self._header, *kept)))
+        if path.exists():
+            write_text(path, "".join(f"{line}\n" for line in (self._header, *kept) if line))
 
     def look(self, run: Run) -> None:
         now = run.state.time
