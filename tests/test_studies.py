@@ -360,6 +360,9 @@ def test_a_study_goes_on_where_it_was_left(run_text, capsys):
     assert run_text(CONVERGENCE)[1] == 0
     again = {path for path, stamp in stamps.items() if path.stat().st_mtime_ns != stamp}
     assert again == {folder / "members" / "0002" / "summary.json"}
+    deck = folder / "deck.toml"
+    deck.write_text(deck.read_text().replace("mu = 1.0\n", ""))  # as an older version wrote it, without that key
+    assert run_text(CONVERGENCE)[1] == 0
     assert run_text(CONVERGENCE, "base.gas.f=0.03")[1] == 2 and "holds a run already" in capsys.readouterr().err
     assert run_text(CONVERGENCE, "--overwrite")[1] == 0
     assert all(path.stat().st_mtime_ns != stamp for path, stamp in stamps.items())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydro.deck import Deck, changed, dumps
+from hydro.deck import Deck, changed
 from hydro.deck.campaigns import Changes, ConvergenceDeck, SweepDeck
 from hydro.runs.folder import RunFolder
 
@@ -27,7 +27,7 @@ def members_of(study: ConvergenceDeck | SweepDeck) -> list[Member]:
 
 def completed(deck: Deck, folder: RunFolder) -> dict[str, Any] | None:
     """The summary of a deck's run, if the folder holds that run, completed."""
-    summary = folder.read_summary() if folder.holds(dumps(deck)) else {}
+    summary = folder.read_summary() if folder.holds(deck) else {}
     return summary if summary.get("completed") else None
 
 
@@ -43,7 +43,7 @@ def run_member(deck: Deck, folder: RunFolder) -> dict[str, Any]:
     if kept is not None:
         return kept
     with folder.held():
-        begun = folder.holds(dumps(deck)) and folder.saved()
+        begun = folder.holds(deck) and folder.saved()
         run = room.resume if begun and room.resume is not None else room.solve
         run(deck, folder, True)
     return folder.read_summary()
