@@ -20,6 +20,7 @@ import h5py
 import numpy as np
 
 import hydro
+from hydro.dynamics.integrator import MEMORY
 from hydro.errors import CheckpointError
 from hydro.mesh import Mesh
 from hydro.revision import git_revision
@@ -107,9 +108,9 @@ def _write(file: h5py.File, saved: Checkpoint) -> None:
     for name, pair in saved.ledger.items():
         unit = "n_c L_x^2" if name.endswith("mass") else "n_c T_* L_x^2"
         _dataset(ledger, name, pair, f"{name.replace('_', ' ')}: sum and its compensation", unit)
-    memory = _group(file, "integrator", "what the integrator remembers beside the fields, in its own order and units")
+    memory = _group(file, "integrator", "what the integrator remembers beside the fields")
     for name, values in saved.memory.items():
-        memory.create_dataset(name, data=values)
+        _dataset(memory, name, values, *MEMORY.get(name, (name, "")))
     _group(file, "steps_by", "numbers of steps by what set them").attrs.update(saved.set_by)
     snapshots = _group(file, "snapshots", "numbers that describe the states at the output times so far")
     for name, (long_name, unit) in QUANTITIES.items():
