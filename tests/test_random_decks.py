@@ -44,6 +44,14 @@ ODD = st.one_of(
 
 
 @cache
+def in_order(values: list) -> list:
+    """Sorted, where they have an order: odd values have none."""
+    try:
+        return sorted(values)
+    except TypeError:
+        return values
+
+
 def sections(model: type[Section]) -> st.SearchStrategy[dict[str, Any]]:
     """Tables with all required keys of `model`, and some of the others."""
     keys = {key: of(field.annotation, field.metadata, key) for key, field in model.model_fields.items()}
@@ -74,7 +82,7 @@ def of(annotation: Any, metadata: Any, key: str) -> st.SearchStrategy[Any]:
         items = of(parts[0], [], key)
         if isinstance(parts[0], type) and issubclass(parts[0], Section):
             return st.lists(items, max_size=3)
-        return st.lists(items, min_size=1, max_size=3, unique=True).map(sorted)
+        return st.lists(items, min_size=1, max_size=3, unique_by=repr).map(in_order)
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return sections(annotation)
     return PLAIN[annotation](bounds(metadata), key) if annotation in PLAIN else ODD
