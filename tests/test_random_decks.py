@@ -43,7 +43,6 @@ ODD = st.one_of(
 # From models to strategies
 
 
-@cache
 def in_order(values: list) -> list:
     """Sorted, where they have an order: odd values have none."""
     try:
@@ -52,6 +51,7 @@ def in_order(values: list) -> list:
         return values
 
 
+@cache
 def sections(model: type[Section]) -> st.SearchStrategy[dict[str, Any]]:
     """Tables with all required keys of `model`, and some of the others."""
     keys = {key: of(field.annotation, field.metadata, key) for key, field in model.model_fields.items()}
