@@ -41,8 +41,12 @@ def kernel(function: Callable | None = None, *, parallel: bool = False) -> Any:
 
 
 def part(function: Callable) -> Any:
-    """Compile a part of a kernel, that only kernels call: cheaper than `kernel`, for Python cannot call it."""
-    return _cached(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    """Compile a part of a kernel, that only kernels call: cheaper than `kernel`, for Python cannot call it.
+
+    It is always inlined. A call would reach the part's own machine code from a kernel that has just been compiled, and
+    a private copy, with other last bits, from one that comes from disk.
+    """
+    return _cached(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True)
 
 
 def inline(function: Callable) -> Any:
