@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from hydro.registry import Registry
-from hydro.runs import branch, evolution, stability, steady
+from hydro.runs import branch, evolution, grains, stability, steady
 from hydro.runs.scales import report
 
 
@@ -23,3 +23,4 @@ KINDS.add("evolution", Kind(evolution.solve, report, evolution.closing))
 KINDS.add("steady", Kind(steady.solve, steady.describe, steady.closing))
 KINDS.add("branch", Kind(branch.solve, branch.describe, branch.closing))
 KINDS.add("stability", Kind(stability.solve, stability.describe, stability.closing))
+KINDS.add("grains", Kind(grains.solve, grains.describe, grains.closing))

@@ -34,6 +34,10 @@ SMALL = {
     "fig3c": ("mesh.cells=[32,32]",),
     "fig3d": ("mesh.cells=[32,64]",),
     "branches": ("mesh.cells=[16,16]", "branch.samples=9", "branch.step=0.5"),
+    "grains_cooling": ("time.end=1.0", "output.times=[1.0]"),
+    "grains_extended": ("time.end=0.1", "output.times=[0.1]", "grains.window=0.1"),
+    "grains_small": ("time.end=0.1", "output.times=[0.1]", "grains.window=0.1"),
+    "grains_fig4": ("time.end=0.02", "output.times=[0.02]", "grains.window=0.02"),
 }
 NORMS = Path(__file__).with_name("norms.json")
 
@@ -74,11 +78,20 @@ def branch_norms(folder: Path) -> dict[str, float]:
     return {**places, **folds, "stable": sum(point["stable"] for point in summary["points"])}
 
 
+def grains_norms(folder: Path) -> dict[str, float]:
+    """How many there are and what they have done: little, for collisions magnify rounding."""
+    summary = summary_of(folder)
+    ledger, last = summary["energy_ledger"], summary["snapshots"][-1]
+    measured = {key: last[key] for key in ("wall_max", "wall_min", "gas_density", "thermal_energy")}
+    return {"grains": summary["grains"], "collisions": summary["collisions"], "lost": ledger["collisions"], **measured}
+
+
 NORMS_OF = {
     "evolution": evolution_norms,
     "stability": stability_norms,
     "steady": steady_norms,
     "branch": branch_norms,
+    "grains": grains_norms,
 }
 
 

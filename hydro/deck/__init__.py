@@ -1,6 +1,7 @@
 """Decks: what a user asks for, read from TOML, checked, and complained about all at once."""
 
 from hydro.deck.evolution import EvolutionDeck
+from hydro.deck.grains import GrainsDeck
 from hydro.deck.kinds import KINDS
 from hydro.deck.load import dumps, load, parse, validate
 from hydro.deck.sections import Deck
@@ -12,6 +13,7 @@ __all__ = [
     "BranchDeck",
     "Deck",
     "EvolutionDeck",
+    "GrainsDeck",
     "StabilityDeck",
     "SteadyDeck",
     "dumps",

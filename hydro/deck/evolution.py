@@ -32,10 +32,15 @@ LIMITS = ("frame", "run")
 SHORTEST_CADENCE = 1e-6  # of the run: more often than that would fill the disk
 
 
-class Time(Section):
-    """How far and how to step in time."""
+class Timeline(Section):
+    """How far to go in time."""
 
     end: Positive = Field(description="time at which the run ends, in L_x/T_*^(1/2)")
+
+
+class Time(Timeline):
+    """How far and how to step in time."""
+
     integrator: Annotated[Text, Among(INTEGRATORS)] = Field(
         default="godunov",
         description="time integrator: godunov (explicit: sound and shocks) or lagrange-remap (implicit: slow flow)",
@@ -107,17 +112,15 @@ class Movie(Section):
     gif: Flag = Field(default=True, description="whether to write a small movie.gif beside movie.mp4")
 
 
-class EvolutionDeck(ExperimentDeck):
-    """Evolution of the gas in time from an initial state."""
+class RunDeck(ExperimentDeck):
+    """What all decks have in common that run in time from an initial state."""
 
-    kind: Literal["evolution"] = "evolution"
     gas: Gas
     box: Box = Box()
     mesh: Mesh
     wall: Annotated[Wall, OneOf(WALLS)] = Vibrating()
     initial: Annotated[Initial, OneOf(INITIALS)]
-    time: Time
-    scheme: Scheme = Scheme()
+    time: Timeline
     output: Output = Output()
     movie: Movie = Movie()
 
@@ -168,3 +171,11 @@ class EvolutionDeck(ExperimentDeck):
     def movie_interval(self) -> float:
         """Scaled time between frames of the movie."""
         return self.output.movie_every or self.time.end / 300
+
+
+class EvolutionDeck(RunDeck):
+    """Evolution of the gas in time from an initial state."""
+
+    kind: Literal["evolution"] = "evolution"
+    time: Time
+    scheme: Scheme = Scheme()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hydro.deck.evolution import EvolutionDeck
+from hydro.deck.grains import GrainsDeck
 from hydro.deck.sections import Deck
 from hydro.deck.stability import StabilityDeck
 from hydro.deck.steady import BranchDeck, SteadyDeck
@@ -12,4 +13,5 @@ KINDS: dict[str, type[Deck]] = {
     "steady": SteadyDeck,
     "branch": BranchDeck,
     "stability": StabilityDeck,
+    "grains": GrainsDeck,
 }

@@ -76,12 +76,9 @@ class Dynamics:
         column = np.clip((positions[:, 0] / arena.width).astype(np.int32), 0, arena.columns - 1)
         row = np.clip((positions[:, 1] / arena.height).astype(np.int32), 0, arena.rows - 1)
         self.arena, self.wall, self.time = arena, wall, 0.0
-        self._begin(
-            {
-                "motion": motion, "cells": np.stack([column, row], axis=1), "epoch": np.array(0), "clock": np.zeros(CLOCK),
-                "random": seeded(seed), "sums": np.zeros(SUMS), "counts": np.zeros(COUNTS, np.int64),
-            }
-        )  # fmt: skip
+        memory = {"motion": motion, "cells": np.stack([column, row], axis=1), "random": seeded(seed)}
+        books = {"clock": np.zeros(CLOCK), "sums": np.zeros(SUMS), "counts": np.zeros(COUNTS, np.int64)}
+        self._begin({**memory, **books, "epoch": np.zeros(1)})
 
     def _begin(self, memory: dict[str, np.ndarray]) -> None:
         number, cells = len(memory["motion"]), (self.arena.columns, self.arena.rows)
@@ -92,7 +89,7 @@ class Dynamics:
             Queue.of(np.full(number, np.inf)),
             *(memory[name].copy() for name in ("clock", "random", "sums", "counts")),
         )  # fmt: skip
-        self._epoch = int(memory["epoch"])
+        self._epoch = int(memory["epoch"][0])
         events.fill_cells(self.grains, memory["cells"].astype(np.int32))
         events.foresee_all(self.grains, self.arena, self.wall)
 
@@ -101,13 +98,13 @@ class Dynamics:
         grains = self.grains
         return {
             "motion": grains.motion[:, : TIME + 1].copy(), "cells": grains.links[:, COLUMN : ROW + 1].copy(),
-            "epoch": np.array(self._epoch), "clock": grains.clock.copy(), "random": grains.random.copy(),
-            "sums": grains.sums.copy(), "counts": grains.counts.copy(), "time": np.array(self.time),
+            "epoch": np.array([self._epoch]), "clock": grains.clock.copy(), "random": grains.random.copy(),
+            "sums": grains.sums.copy(), "counts": grains.counts.copy(), "time": np.array([self.time]),
         }  # fmt: skip
 
     def remember(self, memory: dict[str, np.ndarray]) -> None:
         """Take back what `memory` gave."""
-        self.time = float(memory["time"])
+        self.time = float(memory["time"][0])
         self._begin(memory)
 
     def advance(self, until: float) -> None:

@@ -6,7 +6,15 @@ import math
 
 from hydro.grains.placement import CLOSE_PACKING
 
-COOLING_MU_OVER_GAMMA = math.sqrt(math.pi / 8.0)  # mu/gamma with which the paper's cooling is that of the dilute gas
+
+def cooling_mu(gamma):
+    """The mu with which the paper's cooling, (mu/(gamma l)) (1-r^2) n T^(3/2), is that of dilute grains."""
+    return gamma * math.sqrt(math.pi / 8.0)
+
+
+def conduction_mu(alpha):
+    """The mu with which the paper's conductivity, mu alpha^2 l n T^(1/2) when dilute, is that of disks, 2 (T/pi)^(1/2)/d."""
+    return 2.0 * math.sqrt(8.0 / math.pi) / alpha**2
 
 
 def covered(n):

@@ -1,0 +1,106 @@
+"""Grains as the main loop sees them: an integrator whose steps lead from one look at the fields to the next."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hydro.deck import GrainsDeck
+from hydro.dynamics.integrator import Exchange
+from hydro.errors import Complaint, DeckError
+from hydro.grains import events
+from hydro.grains.dynamics import Dynamics, arena
+from hydro.grains.fields import density_scale, fields
+from hydro.grains.placement import number_of_grains, placed
+from hydro.grains.walls import DRIVES
+from hydro.registry import Registry
+from hydro.state import State
+
+SAMPLES = 40  # looks at the fields that make an average
+
+WALL_OPTIONS: Registry[Callable[[GrainsDeck], dict[str, float]]] = Registry("driving wall of grains")
+WALL_OPTIONS.add("elastic", lambda deck: {})
+WALL_OPTIONS.add("thermal", lambda deck: {"temperature": deck.wall.temperature})
+WALL_OPTIONS.add("random-phase", lambda deck: {"speed": wall_speed(deck)})
+WALL_OPTIONS.add(
+    "sinusoidal",
+    lambda deck: {
+        "amplitude": deck.grains.amplitude, "omega": wall_speed(deck) / deck.grains.amplitude, "period": period(deck),
+    },
+)  # fmt: skip
+WALL_OPTIONS.add("sawtooth", lambda deck: {"amplitude": deck.grains.amplitude, "period": period(deck)})
+
+
+def wall_speed(deck: Any) -> float:
+    """A omega in T_*^(1/2), from K W = (2/pi)^(1/2) A^2 omega^2/T_*."""
+    return math.sqrt(deck.gas.K * deck.wall.W * math.sqrt(math.pi / 2.0))
+
+
+def period(deck: Any) -> float:
+    """2 pi/omega of the vibration."""
+    return 2.0 * math.pi * deck.grains.amplitude / wall_speed(deck)
+
+
+def wall_kind(deck: GrainsDeck) -> str:
+    """Which driving wall the grains of a deck meet."""
+    if deck.wall.kind != "vibrating":
+        return deck.wall.kind
+    return deck.grains.drive if wall_speed(deck) > 0.0 else "elastic"
+
+
+def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:
+    """The grains of a deck, with the fields of its initial state. DeckError where they do not fit."""
+    diameter, length_y = deck.gas.diameter, deck.box.aspect_ratio
+    number = number_of_grains(state.mass / length_y, diameter, length_y)
+    kind, periodic = wall_kind(deck), state.mesh.periodic
+    try:
+        box = arena(diameter, deck.gas.restitution, length_y, number, periodic, deck.grains.contact_time)
+        positions, velocities = placed(state, number, diameter, deck.grains.seed)
+    except ValueError as error:
+        raise DeckError([Complaint("gas.f", str(error))], "initial state") from error
+    return Dynamics(box, DRIVES[kind](**WALL_OPTIONS[kind](deck)), positions, velocities, deck.grains.seed)
+
+
+class Sample(NamedTuple):
+    """One look at the grains: time, fields (4, nx, ny), and what has been summed by then."""
+
+    time: float
+    conserved: np.ndarray
+    virial: float
+
+
+class GrainsIntegrator:
+    """Advances grains and the fields that they make; keeps the latest looks at them, for averages."""
+
+    def __init__(self, grains: Dynamics, state: State, window: float):
+        self.grains, self._interval = grains, window / SAMPLES
+        state.conserved[:] = fields(grains, state.mesh)
+        self.samples: deque[Sample] = deque(maxlen=SAMPLES)
+
+    def largest_step(self, state: State) -> float:
+        """To the next look."""
+        return self._interval
+
+    def step(self, state: State, dt: float) -> Exchange:
+        """Run all events in `dt` and take the fields; what walls gave and collisions took is summed event by event."""
+        before = self.grains.grains.sums.copy()
+        state.time += dt
+        self.grains.advance(state.time)
+        state.conserved[:] = fields(self.grains, state.mesh)
+        self.samples.append(Sample(state.time, state.conserved.copy(), self.grains.sum(events.VIRIAL)))
+        wall, lost = (self.grains.grains.sums - before)[[events.WALL_ENERGY, events.LOSS]]
+        scale = density_scale(self.grains.arena.diameter)
+        return Exchange(wall=float(wall) / scale, collisions=float(lost) / scale)
+
+    def memory(self) -> dict[str, np.ndarray]:
+        """The grains; looks at the fields are not kept."""
+        return self.grains.memory()
+
+    def remember(self, memory: dict[str, np.ndarray]) -> None:
+        """Take back what `memory` gave."""
+        self.grains.remember(memory)
+        self.samples.clear()

@@ -1,0 +1,217 @@
+"""`kind = "grains"`: molecular dynamics of a deck, in a folder like that of an evolution.
+
+A cell holds few grains, so what is reported of fields are averages over a window of time, with the standard error that
+the scatter within it gives (jackknife over blocks).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import resource
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from hydro.deck import GrainsDeck, dumps
+from hydro.errors import HydroError
+from hydro.grains import events, theory
+from hydro.grains.fields import density_scale, temperature
+from hydro.grains.integrator import GrainsIntegrator, Sample, dynamics_of, wall_kind, wall_speed
+from hydro.grains.placement import number_of_grains
+from hydro.initial import initial_state
+from hydro.mesh import Mesh
+from hydro.runs.evolution import Keeper, progress
+from hydro.runs.folder import RunFolder
+from hydro.runs.march import Run, Tracker, march
+from hydro.runs.observables import wall_extremes
+from hydro.runs.trackers import AtTimes, History, StopOnSignal
+from hydro.state import State
+
+BLOCKS = 8
+ERRORS = ("wall_max", "wall_min", "gas_density", "thermal_energy")  # whose errors the scatter within a window gives
+
+
+def solve(deck: GrainsDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
+    """Run the deck in its folder; returns the summary. Errors come through as for an evolution."""
+    with contextlib.ExitStack() as stack:
+        stop = stack.enter_context(StopOnSignal())
+        state = initial_state(deck)  # type: ignore[arg-type]
+        integrator = GrainsIntegrator(dynamics_of(deck, state), state, deck.window)
+        compile_seconds = warm_up(integrator)
+        folder.prepare(dumps(deck))
+        run = Run(state, integrator, deck.time.end)
+        keeper = GrainsKeeper(deck, folder, None)  # type: ignore[arg-type]
+        trackers: list[Tracker] = [
+            AtTimes(keeper.snapshot, deck.output_times),
+            AtTimes(keeper.checkpoint, every=deck.output.checkpoint_every),
+            GrainsHistory(folder.history, None, deck.history_interval),
+            stop,
+        ]
+        if not quiet:
+            trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
+        try:
+            march(run, trackers)
+        except HydroError as error:
+            keeper.finish(run, compile_seconds, completed=False)
+            raise type(error)(f"{error}\nthe last good state is saved in {keeper.latest}") from error
+        return keeper.finish(run, compile_seconds, completed=True)
+
+
+def warm_up(integrator: GrainsIntegrator) -> float:
+    """Compile, or load, all kernels by an advance over no time; returns the seconds that took."""
+    started = time.perf_counter()
+    integrator.grains.advance(0.0)
+    return time.perf_counter() - started
+
+
+def looks(run: Run) -> Sequence[Sample]:
+    """The latest looks at the fields; before the first step, the state itself."""
+    integrator: Any = run.integrator
+    return integrator.samples or [Sample(run.state.time, run.state.conserved, 0.0)]
+
+
+def mean_fields(samples: Sequence[Sample]) -> np.ndarray:
+    """Averages over looks, shape (4, nx, ny)."""
+    return np.mean([sample.conserved for sample in samples], axis=0)
+
+
+def measures(conserved: np.ndarray, mesh: Mesh) -> dict[str, float]:
+    """Wall densities, the mean density in the last cells before x = 1, and the energy of random motion."""
+    low, high = wall_extremes(conserved[0], mesh)
+    thermal = mesh.integral(conserved[0] * temperature(conserved))
+    gas = float(conserved[0, -1] @ mesh.dy) / mesh.aspect_ratio
+    return {"wall_max": high, "wall_min": low, "gas_density": gas, "thermal_energy": thermal}
+
+
+def measured(run: Run) -> dict[str, float]:
+    """Measures of the average over the window, with standard errors; NaN before there are enough looks."""
+    samples, mesh = list(looks(run)), run.state.mesh
+    found = measures(mean_fields(samples), mesh)
+    errors = dict.fromkeys(ERRORS, math.nan)
+    if len(samples) >= BLOCKS:
+        length = len(samples) // BLOCKS
+        blocks = np.array([mean_fields(samples[k * length : (k + 1) * length]) for k in range(BLOCKS)])
+        rest = [measures((blocks.sum(axis=0) - block) / (BLOCKS - 1), mesh) for block in blocks]
+        errors = {key: math.sqrt(BLOCKS - 1) * float(np.std([row[key] for row in rest])) for key in ERRORS}
+    return found | {f"{key}_error": error for key, error in errors.items()}
+
+
+def mean_pressure(run: Run) -> float:
+    """Of the window, by the virial theorem, in n_c T_*: thermal energy per area and momentum carried in collisions."""
+    samples, integrator = list(looks(run)), run.integrator
+    assert isinstance(integrator, GrainsIntegrator)
+    area, span = run.state.mesh.aspect_ratio, samples[-1].time - samples[0].time
+    kinetic = run.state.mesh.integral(mean_fields(samples)[3])
+    virial = (samples[-1].virial - samples[0].virial) / density_scale(integrator.grains.arena.diameter)
+    return (kinetic + 0.5 * virial / span) / area if span > 0.0 else math.nan
+
+
+def observed(run: Run) -> dict[str, float]:
+    """What summary and history say of a moment: averages over the window before it."""
+    fields, state = mean_fields(looks(run)), run.state
+    n = np.where(fields[0] > 0.0, fields[0], math.inf)
+    speed = np.hypot(fields[1], fields[2]) / n
+    with np.errstate(all="ignore"):
+        mach = speed / state.gas.sound_speed(fields[0], temperature(fields))
+    return {
+        "time": state.time,
+        **measured(run),
+        "mean_pressure": mean_pressure(run),
+        "max_speed": float(speed.max()),
+        "max_mach": float(np.nanmax(mach, initial=0.0, where=np.isfinite(mach))),
+        "contrast": float(fields[0].max() / max(fields[0, -1].min(), np.finfo(float).tiny)),
+    }
+
+
+class GrainsHistory(History):
+    """A history of averages over the window."""
+
+    def _row(self, run: Run) -> dict[str, float]:
+        state, fields = run.state, mean_fields(looks(run))
+        moving = 0.5 * (fields[1] ** 2 + fields[2] ** 2) / np.where(fields[0] > 0.0, fields[0], math.inf)
+        rows = {"mass": state.mass, "kinetic_energy": state.mesh.integral(moving)}
+        return {**observed(run), **rows, **run.ledger.balance(state.energy)}
+
+
+class GrainsKeeper(Keeper):
+    """Keeps snapshots of averages, checkpoints of grains, and the summary."""
+
+    def snapshot(self, run: Run) -> None:
+        """Note the averages, save a checkpoint and draw the density."""
+        self.snapshots.append(observed(run))
+        self.checkpoint(run)
+        state = State(run.state.gas, run.state.mesh, mean_fields(looks(run)), run.state.time)
+        self._drawn = [*getattr(self, "_drawn", []), state]
+        self._draw_density([state], self.snapshots[-1:], f"density_{self._count:04d}")
+
+    def _draw_snapshots(self, like: State) -> None:
+        from hydro.runs.evolution import MOST_PANELS
+
+        which = np.unique(np.linspace(0, len(self._drawn) - 1, MOST_PANELS).astype(int)).tolist()
+        self._draw_density([self._drawn[k] for k in which], [self.snapshots[k] for k in which], "density")
+
+    def _summary(self, run: Run, seconds: float, completed: bool) -> dict[str, Any]:
+        integrator: Any = run.integrator
+        grains = integrator.grains
+        collisions = grains.count(events.COLLISIONS)
+        return {
+            "kind": self.deck.kind,
+            "completed": completed,
+            "cells": list(run.state.mesh.cells),
+            "grains": grains.number,
+            "diameter": grains.arena.diameter,
+            "restitution": grains.arena.restitution,
+            "wall": type(grains.wall).__name__,
+            "time": run.state.time,
+            "steps": run.steps,
+            "collisions": collisions,
+            "collisions_per_second": collisions / seconds,
+            "wall_hits": grains.count(events.WALL_HITS),
+            "soft_collisions": grains.count(events.SOFT),
+            "wall_seconds": seconds,
+            "peak_memory_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+            "mass_drift": run.state.mass / run.ledger.initial_mass - 1.0,
+            "smallest_gap": grains.smallest_gap,
+            "energy_ledger": run.ledger.balance(run.state.energy),
+            "snapshots": self.snapshots,
+        }
+
+
+def describe(deck: GrainsDeck) -> list[str]:
+    """Lines on the grains of a deck and what they match, for `check`."""
+    state = initial_state(deck)  # type: ignore[arg-type]
+    mean, d, r = state.mass / deck.box.aspect_ratio, deck.gas.diameter, deck.gas.restitution
+    number = number_of_grains(mean, d, deck.box.aspect_ratio)
+    rate = theory.collision_rate(mean, float(state.temperature.mean()), d)
+    cooling, conduction = theory.cooling_mu(deck.gas.gamma), theory.conduction_mu(deck.gas.alpha)
+    lines = [
+        f"{number} grains of diameter d/L_x = {d:.6g}, restitution r = {r:.6g} (1-r^2 = {1.0 - r * r:.4g})",
+        f"split by mu = {deck.gas.mu:g}; dilute kinetic theory has mu = {conduction:.3g} from conduction and "
+        f"{cooling:.3g} from cooling,",
+        f"so dilute grains conduct like K = {conduction * d:.3g} and have the densities of "
+        f"L = {deck.gas.L * cooling / conduction:.4g}",
+        f"about {0.5 * number * rate * deck.time.end:.2g} collisions, were density and temperature those of the start",
+        f"driving wall: {wall_kind(deck)}",
+    ]
+    if deck.wall.kind == "vibrating":
+        lines.append(f"A omega = {wall_speed(deck):.4g} T_*^(1/2)")
+    if math.isfinite(deck.gas.tau):
+        lines.append("warning: gas.tau is not used: grains know no rolling friction")
+    return lines
+
+
+def closing(summary: dict[str, Any]) -> list[str]:
+    """The snapshots, and how the run went."""
+    rows = [
+        f"t={row['time']:<8g} wall max {row['wall_max']:.4f} ± {row['wall_max_error']:.4f}  "
+        f"min {row['wall_min']:.4f} ± {row['wall_min_error']:.4f}  gas {row['gas_density']:.5f}"
+        for row in summary["snapshots"]
+    ]
+    return [
+        *rows,
+        f"{summary['grains']} grains, {summary['collisions']} collisions in {summary['wall_seconds']:.1f} s: "
+        f"{summary['collisions_per_second']:.3g} a second; energy residual {summary['energy_ledger']['residual']:.1e}",
+    ]
