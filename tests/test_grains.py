@@ -63,7 +63,7 @@ def test_momentum_is_kept_in_a_periodic_box():
 
 @pytest.mark.parametrize("name", WALLS)
 def test_cells_do_not_change_the_sequence_of_events(name):
-    """All pairs, and cells of two sizes, to the bit: dozens of collisions of each grain would magnify any difference."""
+    """All pairs, and cells of two sizes, to the bit: dozens of collisions of each grain magnify any difference."""
     runs = [gas_of_grains(60, 0.3, WALLS[name], 0.99, cell=cell) for cell in (1.0, 0.12, 0.31)]
     assert [run.arena.columns for run in runs] == [1, 8, 3]
     for run in runs:

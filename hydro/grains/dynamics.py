@@ -76,7 +76,11 @@ class Dynamics:
         column = np.clip((positions[:, 0] / arena.width).astype(np.int32), 0, arena.columns - 1)
         row = np.clip((positions[:, 1] / arena.height).astype(np.int32), 0, arena.rows - 1)
         self.arena, self.wall, self.time = arena, wall, 0.0
-        memory = {"motion": motion, "cells": np.stack([column, row], axis=1), "random": seeded(seed)}
+        memory: dict[str, np.ndarray] = {
+            "motion": motion,
+            "cells": np.stack([column, row], axis=1),
+            "random": seeded(seed),
+        }
         books = {"clock": np.zeros(CLOCK), "sums": np.zeros(SUMS), "counts": np.zeros(COUNTS, np.int64)}
         self._begin({**memory, **books, "epoch": np.zeros(1)})
 

@@ -38,10 +38,10 @@ class Grains(NamedTuple):
     motion (N, 8): position, velocity, the time they belong to; times of the next collision and of leaving the cell.
     links (N, 7): partner in that collision, the partner's count when it was foreseen, own count of collisions,
     neighbours in the list of the cell, column and row of the cell. heads (columns, rows): first grain of each cell.
-    clock (2,): time of the last event, and what to add to times to count them from the beginning of a period of the wall. random (4,): the state
-    of the random numbers. sums (5,): energy given by the wall, energy lost, the virial, momentum given to the walls
-    at x = 0 and x = 1. counts (5,): collisions, impacts on the driving wall, collisions that the contact time made
-    elastic, stale events, changes of cell.
+    clock (2,): time of the last event, and what to add to times to count them from the beginning of a period of the
+    wall. random (4,): the state of the random numbers. sums (5,): energy given by the wall, energy lost, the virial,
+    momentum given to the walls at x = 0 and x = 1. counts (5,): collisions, impacts on the driving wall, collisions
+    that the contact time made elastic, stale events, changes of cell.
     """
 
     motion: np.ndarray

@@ -22,7 +22,7 @@ from hydro.state import State
 
 SAMPLES = 40  # looks at the fields that make an average
 
-WALL_OPTIONS: Registry[Callable[[GrainsDeck], dict[str, float]]] = Registry("driving wall of grains")
+WALL_OPTIONS: Registry[Callable[[Any], dict[str, float]]] = Registry("driving wall of grains")
 WALL_OPTIONS.add("elastic", lambda deck: {})
 WALL_OPTIONS.add("thermal", lambda deck: {"temperature": deck.wall.temperature})
 WALL_OPTIONS.add("random-phase", lambda deck: {"speed": wall_speed(deck)})

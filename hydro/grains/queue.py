@@ -31,7 +31,7 @@ class Queue(NamedTuple):
 def reschedule(queue, grain, time):
     """Give a grain a new time."""
     times, count = queue.times, queue.times.size
-    place = np.int64(queue.places[grain])
+    place = int(queue.places[grain])
     while place > 0:
         parent = (place - 1) >> BITS
         if times[parent] <= time:

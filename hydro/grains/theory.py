@@ -13,7 +13,7 @@ def cooling_mu(gamma):
 
 
 def conduction_mu(alpha):
-    """The mu with which the paper's conductivity, mu alpha^2 l n T^(1/2) when dilute, is that of disks, 2 (T/pi)^(1/2)/d."""
+    """The mu with which the dilute limit of the paper's conductivity, mu alpha^2 l n T^(1/2), is 2 (T/pi)^(1/2)/d."""
     return 2.0 * math.sqrt(8.0 / math.pi) / alpha**2
 
 
