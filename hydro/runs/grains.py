@@ -31,6 +31,7 @@ from hydro.runs.trackers import AtTimes, History, StopOnSignal
 from hydro.state import State
 
 BLOCKS = 8
+ENOUGH = 10.0  # grains counted in a cell, over all looks, before it has a temperature
 ERRORS = ("wall_max", "wall_min", "gas_density", "thermal_energy")  # whose errors the scatter within a window gives
 
 
@@ -111,7 +112,10 @@ def mean_pressure(run: Run) -> float:
 
 def observed(run: Run) -> dict[str, float]:
     """What summary and history say of a moment: averages over the window before it."""
-    fields, state = mean_fields(looks(run)), run.state
+    samples, state, integrator = looks(run), run.state, run.integrator
+    assert isinstance(integrator, GrainsIntegrator)
+    fields = mean_fields(samples)
+    counts = fields[0] * state.mesh.areas * density_scale(integrator.grains.arena.diameter) * len(samples)
     n = np.where(fields[0] > 0.0, fields[0], math.inf)
     speed = np.hypot(fields[1], fields[2]) / n
     with np.errstate(all="ignore"):
@@ -121,7 +125,7 @@ def observed(run: Run) -> dict[str, float]:
         **measured(run),
         "mean_pressure": mean_pressure(run),
         "max_speed": float(speed.max()),
-        "max_mach": float(np.nanmax(mach, initial=0.0, where=np.isfinite(mach))),
+        "max_mach": float(np.max(mach, initial=0.0, where=counts > ENOUGH)),
         "contrast": float(fields[0].max() / max(fields[0, -1].min(), np.finfo(float).tiny)),
     }
 
