@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from hydro.deck import EvolutionDeck, dumps
+from hydro.deck.evolution import RunDeck
 from hydro.deck.initial import CheckpointInitial
 from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator, StepRejected
@@ -69,7 +70,7 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
     return summary
 
 
-def close_with_movie(deck: EvolutionDeck, folder: RunFolder, quiet: bool) -> None:
+def close_with_movie(deck: RunDeck, folder: RunFolder, quiet: bool) -> None:
     """Make the movie of a run that is complete; RunFailed says so if that fails."""
     from hydro.runs.movie import make_movie  # matplotlib is slow to import
 

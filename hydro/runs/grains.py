@@ -23,8 +23,9 @@ from hydro.grains.integrator import GrainsIntegrator, Sample, dynamics_of, wall_
 from hydro.grains.placement import number_of_grains
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
-from hydro.runs.evolution import Keeper, progress
+from hydro.runs.evolution import MOST_PANELS, Keeper, close_with_movie, progress
 from hydro.runs.folder import RunFolder
+from hydro.runs.frames import Frames
 from hydro.runs.march import Run, Tracker, march
 from hydro.runs.observables import wall_extremes
 from hydro.runs.trackers import AtTimes, History, StopOnSignal
@@ -44,13 +45,15 @@ def solve(deck: GrainsDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
         compile_seconds = warm_up(integrator)
         folder.prepare(dumps(deck))
         run = Run(state, integrator, deck.time.end)
-        keeper = GrainsKeeper(deck, folder, None)  # type: ignore[arg-type]
+        keeper = GrainsKeeper(deck, folder, None, state.mesh)  # type: ignore[arg-type]
         trackers: list[Tracker] = [
             AtTimes(keeper.snapshot, deck.output_times),
             AtTimes(keeper.checkpoint, every=deck.output.checkpoint_every),
             GrainsHistory(folder.history, None, deck.history_interval),
             stop,
         ]
+        if deck.output.movie:
+            trackers.append(Frames(folder.frames, deck.movie_interval, state.time))
         if not quiet:
             trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
         try:
@@ -58,7 +61,10 @@ def solve(deck: GrainsDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
         except HydroError as error:
             keeper.finish(run, compile_seconds, completed=False)
             raise type(error)(f"{error}\nthe last good state is saved in {keeper.latest}") from error
-        return keeper.finish(run, compile_seconds, completed=True)
+        summary = keeper.finish(run, compile_seconds, completed=True)
+    if deck.output.movie:
+        close_with_movie(deck, folder, quiet)
+    return summary
 
 
 def warm_up(integrator: GrainsIntegrator) -> float:
@@ -152,8 +158,6 @@ class GrainsKeeper(Keeper):
         self._draw_density([state], self.snapshots[-1:], f"density_{self._count:04d}")
 
     def _draw_snapshots(self, like: State) -> None:
-        from hydro.runs.evolution import MOST_PANELS
-
         which = np.unique(np.linspace(0, len(self._drawn) - 1, MOST_PANELS).astype(int)).tolist()
         self._draw_density([self._drawn[k] for k in which], [self.snapshots[k] for k in which], "density")
 
