@@ -42,8 +42,8 @@ class Source(NamedTuple):
 def make_movie(deck: Any, folder: RunFolder, quiet: bool = False) -> list[Path]:
     """Write movie.mp4 and, unless the deck says no, movie.gif into the folder of a run; returns their paths.
 
-    DeckError if the folder holds neither an evolution nor grains; CheckpointError if there is nothing to show; RunFailed if the encoder
-    fails. What cannot be read is named on stderr and left out.
+    DeckError if the folder holds neither an evolution nor grains; CheckpointError if there is nothing to show;
+    RunFailed if the encoder fails. What cannot be read is named on stderr and left out.
     """
     if not isinstance(deck, RunDeck):
         raise DeckError(
