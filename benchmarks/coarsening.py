@@ -18,10 +18,9 @@ from hydro.deck import load
 from hydro.mesh import Mesh
 from hydro.pictures.style import save
 from hydro.runs.march import Run
-from hydro.runs.observables import wall_extremes, wall_profile
+from hydro.runs.observables import CLUSTER, clusters, wall_extremes, wall_profile
 
 DECK = Path(__file__).parent.parent / "problems" / "coarsening.toml"
-ABOVE = 1.2  # times the mean of n(0, y): what the top of a cluster exceeds at least
 EVERY = 2.5  # time between two looks
 SAID_EVERY = 50.0  # time between two lines of progress
 
@@ -63,15 +62,6 @@ class Wall:
             print(line, file=sys.stderr, flush=True)
 
 
-def clusters(line: np.ndarray) -> np.ndarray:
-    """Places (cells) of the largest density of each cluster; for the rule see the page."""
-    mean = line.mean()
-    inside = np.concatenate([[0], line > mean, [0]])
-    starts, ends = np.flatnonzero(np.diff(inside) == 1), np.flatnonzero(np.diff(inside) == -1)
-    tops = [a + int(np.argmax(line[a:b])) for a, b in zip(starts, ends, strict=True)]
-    return np.array([top for top in tops if line[top] > ABOVE * mean], int)
-
-
 def draw(path: Path, times: np.ndarray, lines: np.ndarray, counts: np.ndarray, mesh: Mesh) -> None:
     """Space-time map of the density above the number of clusters."""
     figure = Figure(figsize=(7.2, 5.4), layout="constrained")
@@ -99,7 +89,7 @@ def main(folder: Path, overrides: list[str]) -> None:
     draw(folder / "coarsening.png", times, lines, counts, mesh)
     about = {"ratio": mesh.aspect_ratio, "L": deck.gas.L, "f": deck.gas.f, "amplitude": deck.initial.amplitude}
     nx, ny = mesh.cells
-    print(PAGE.format(**about, nx=nx, ny=ny, end=run.end, steps=run.steps, seconds=run.wall_seconds, above=ABOVE))
+    print(PAGE.format(**about, nx=nx, ny=ny, end=run.end, steps=run.steps, seconds=run.wall_seconds, above=CLUSTER))
     changed = [*(np.flatnonzero(np.diff(counts)) + 1), times.size - 1]
     for k in changed:
         low, high = wall.extremes[k]

@@ -132,6 +132,7 @@ def memory(effort: Effort, _: Path) -> str:
     small, large = effort.memory
     rows = []
     for kind in ALL_KINDS:
+        fresh("memory", str(small), kind)  # compiles
         peaks = [fresh("memory", str(n), kind)["bytes"] for n in effort.memory]
         rows.append([kind, f"{(peaks[1] - peaks[0]) / (large**2 - small**2):.0f}"])
     return f"Slope of the peak between {small}^2 and {large}^2 cells.\n\n" + table(["kind", "bytes per cell"], rows)

@@ -8,11 +8,13 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
-from hydro.errors import HydroError, RunFailed, Stopped
+from hydro.errors import DeckError, HydroError, Missed, RunFailed, Stopped
 
 USAGE = """\
-python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite]
+python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--overwrite] [--scheduler ADDRESS]
+       python -m hydro restart RUNDIR [section.key=value ...] [--quiet]
        python -m hydro movie RUNDIR [key=value ...] [--quiet]
        python -m hydro check DECK.toml [section.key=value ...]
        python -m hydro compare RUNDIR STEADY [--quiet]
@@ -22,7 +24,8 @@ python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--ov
 EPILOG = """\
 A run writes output/<deck name>/ unless --output names another folder: the resolved deck, summary.json,
 checkpoints, pictures, tables. Exit codes: 0 done; 2 bad deck or arguments; 3 it failed, what was good is saved;
-4 stopped by a signal, what was finished is saved; 5 a claim of the verification book fails."""
+4 stopped by a signal or a time limit, what was finished is saved; 5 a claim of the verification book fails, or what
+a study expects."""
 
 MOVIE_EPILOG = """\
 The keys say how the movie looks: colours (gray, viridis, cividis, magma, inferno), scale (linear, log), limits
@@ -49,12 +52,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[None]:
-    """Within it SIGTERM interrupts as Ctrl-C does, until a run takes care of both."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    """Within it SIGTERM interrupts as Ctrl-C does, and SIGUSR1 does nothing, until a run takes care of them."""
+    handlers: dict[int, Any] = {signal.SIGTERM: signal.default_int_handler, signal.SIGUSR1: signal.SIG_IGN}
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def run(words: list[str]) -> int:
@@ -63,9 +68,10 @@ def run(words: list[str]) -> int:
     parser.add_argument("--output", type=Path, metavar="DIR", help="folder of the run")
     parser.add_argument("--quiet", action="store_true", help="no progress, no closing lines")
     parser.add_argument("--overwrite", action="store_true", help="replace a run that the folder holds")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, to run the members of a sweep on")
     options = parser.parse_intermixed_args(words)
 
-    from hydro.deck import load
+    from hydro.deck import dumps, load
     from hydro.runs.folder import RunFolder
 
     deck = load(options.deck, options.overrides)
@@ -74,10 +80,47 @@ def run(words: list[str]) -> int:
     from hydro.kinds import KINDS
 
     kind = KINDS[deck.kind]
-    folder.check(options.overwrite)
-    summary = kind.solve(deck, folder, options.quiet)
-    if not options.quiet:
+    if options.scheduler and deck.kind != "sweep":
+        raise DeckError(f"only a sweep runs on a cluster, not a deck of kind {deck.kind!r}", "--scheduler")
+    where = {"scheduler": options.scheduler} if options.scheduler else {}
+    with folder.held():
+        folder.check(options.overwrite, dumps(deck) if kind.goes_on else None)
+        summary = kind.solve(deck, folder, options.quiet, **where)
+    return _close(kind, summary, folder, options.quiet)
+
+
+def restart(words: list[str]) -> int:
+    """Go on with a run that was stopped or killed, or take a finished one further."""
+    description = "Go on with a run from its newest checkpoint, to the same bits as if it had not been interrupted."
+    parser = _parser(description, None, "folder", "RUNDIR", "folder of the run")
+    parser.add_argument("--quiet", action="store_true", help="no progress, no closing lines")
+    options = parser.parse_intermixed_args(words)
+
+    from hydro.deck import dumps
+    from hydro.kinds import KINDS
+    from hydro.runs.folder import RunFolder
+    from hydro.runs.restart import deck_of
+
+    folder = RunFolder(options.folder)
+    if not folder.path.is_dir():
+        raise DeckError(f"{folder.path} is not the folder of a run", "restart")
+    with folder.held():
+        deck = deck_of(folder, options.overrides)
+        kind = KINDS[deck.kind]
+        if kind.resume is None:
+            raise DeckError(f"a run of kind {deck.kind!r} cannot be continued; run its deck anew", "restart")
+        if kind.goes_on:
+            folder.check(False, dumps(deck))  # a changed study would lose its members
+        summary = kind.resume(deck, folder, options.quiet)
+    return _close(kind, summary, folder, options.quiet)
+
+
+def _close(kind: Any, summary: dict[str, Any], folder: Any, quiet: bool) -> int:
+    """Say what came out; Missed if that is not what the deck expects."""
+    if not quiet:
         print("\n".join([*kind.closing(summary), f"results in {folder.path}"]))
+    if summary.get("missed"):
+        raise Missed("not as expected\n  " + "\n  ".join(summary["missed"]))
     return 0
 
 
@@ -165,6 +208,7 @@ def verify(words: list[str]) -> int:
 
 
 COMMANDS: dict[str, Callable[[list[str]], int]] = {
+    "restart": restart,
     "check": check,
     "movie": movie,
     "compare": compare,
@@ -173,11 +217,13 @@ COMMANDS: dict[str, Callable[[list[str]], int]] = {
 }
 
 
-def _parser(description: str, epilog: str | None) -> argparse.ArgumentParser:
+def _parser(
+    description: str, epilog: str | None, name: str = "deck", metavar: str = "DECK.toml", meaning: str = "problem deck"
+) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         "python -m hydro", USAGE, description, epilog, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("deck", type=Path, metavar="DECK.toml", help="problem deck")
+    parser.add_argument(name, type=Path, metavar=metavar, help=meaning)
     parser.add_argument(
         "overrides", nargs="*", default=[], metavar="section.key=value", help="keys to override in the deck"
     )

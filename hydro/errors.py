@@ -21,6 +21,12 @@ class Stopped(HydroError):
     exit_code = 4
 
 
+class Missed(HydroError):
+    """A study ran and did not find what its deck expects (exit code 5)."""
+
+    exit_code = 5
+
+
 @dataclass(frozen=True)
 class Complaint:
     """One thing wrong with a deck: which key, its value, what is allowed, the nearest known name."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,8 @@ import numpy as np
 
 from hydro.deck import EvolutionDeck
 from hydro.deck.initial import CosinePattern, ModesPattern, NoisePattern
-from hydro.errors import Complaint, DeckError
+from hydro.errors import CheckpointError, Complaint, DeckError
+from hydro.exact.evolution import EVOLUTIONS, exact_evolution
 from hydro.mesh import Mesh
 from hydro.registry import Registry
 from hydro.runs.checkpoint import read_checkpoint
@@ -72,11 +74,13 @@ for _name in ("cosine", "modes", "noise"):
     INITIAL_STATES.add(_name, patterned)
 
 
-@INITIAL_STATES.register("uniform")
-def uniform(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
-    """Uniform density, temperature and velocity."""
-    initial: Any = deck.initial
-    return State.of(gas, mesh, area_fraction(deck), initial.temperature, initial.velocity)
+def start_of_exact(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
+    """The state from which an exact evolution starts."""
+    return State(gas, mesh, exact_evolution(deck)(mesh, 0.0))
+
+
+for _name in EVOLUTIONS:
+    INITIAL_STATES.add(_name, start_of_exact)
 
 
 def along(axis: str, values: np.ndarray) -> np.ndarray:
@@ -120,14 +124,40 @@ def _conserved_along(gas, mesh: Mesh, axis: str, primitive) -> np.ndarray:
 def from_checkpoint(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
     """The state of a checkpoint, put on this mesh, with a perturbation if one is asked for."""
     initial: Any = deck.initial
-    saved = read_checkpoint(Path(initial.path))
+    try:
+        saved = read_checkpoint(Path(initial.path))
+    except CheckpointError as error:
+        raise DeckError([Complaint("initial.path", str(error))], "initial state") from error
     if not np.isclose(saved.mesh.aspect_ratio, mesh.aspect_ratio, rtol=1e-12):
         problem = f"{initial.path} has the aspect ratio {saved.mesh.aspect_ratio:g}, box.aspect_ratio is another"
         raise DeckError([Complaint("initial.path", problem)], "initial state")
     state = regrid(State(gas, saved.mesh, saved.conserved), mesh)
+    if initial.refill:
+        state = refilled(state, area_fraction(deck))
     if initial.perturbation is None:
         return state
     return perturbed(state, PATTERNS[initial.perturbation.kind](initial.perturbation, mesh))
+
+
+def refilled(state: State, mean: float) -> State:
+    """The state with the mean density `mean`: n/(1-n) times a common factor, at the same temperature and velocity.
+
+    No density leaves (0, 1). The pressure, like n/(1-n) in dilute and in dense gas, changes by about that factor.
+    """
+    from scipy.optimize import brentq  # slow to import
+
+    odds = state.density / (1.0 - state.density)
+    share = mean / (1.0 - mean)
+
+    def excess(log_factor: float) -> float:
+        filled = odds * math.exp(log_factor)
+        return state.mesh.integral(filled / (1.0 + filled)) - mean * state.mesh.aspect_ratio
+
+    bounds = (math.log(share / odds.max()), math.log(share / odds.min()))  # where n is below, and above, everywhere
+    filled = odds * math.exp(brentq(excess, bounds[0] - 1e-9, bounds[1] + 1e-9, xtol=1e-14))
+    return State.of(
+        state.gas, state.mesh, filled / (1.0 + filled), state.temperature, state.velocity, state.time
+    )  # fmt: skip
 
 
 def perturbed(state: State, pattern: np.ndarray) -> State:

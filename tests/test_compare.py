@@ -30,6 +30,7 @@ wall = { kind = "vibrating" }
 steady = { wave = 1 }
 """
 FULL = ("steady.wave=2", "box.aspect_ratio=2.0", "mesh.cells=[16,32]")
+GAS = ("gas.K=2e-3", "gas.tau=200.0")  # of steady decks, by default
 HALF_RUN = ("box.aspect_ratio=1.0", "mesh.cells=[16,16]")
 
 
@@ -65,7 +66,7 @@ def fake_run(tmp_path):
     """Writes the folder of a run with given states, of the deck of Fig. 4 with overrides."""
 
     def write(states, *overrides, name="run"):
-        deck = load(PROBLEMS / "fig4.toml", overrides)
+        deck = load(PROBLEMS / "fig4.toml", (*GAS, *overrides))
         folder = RunFolder(tmp_path / name)
         folder.prepare(dumps(deck))
         for number, state in enumerate(states, start=1):
@@ -84,7 +85,7 @@ def compared(run, steady) -> dict:
 
 def evolved(run_deck, start, *overrides):
     """A run of the deck of Fig. 4 from a checkpoint."""
-    folder, code = run_deck("fig4", "initial.kind=checkpoint", f"initial.path={start}", *overrides)
+    folder, code = run_deck("fig4", "initial.kind=checkpoint", f"initial.path={start}", *GAS, *overrides)
     assert code == 0
     return folder
 

@@ -227,8 +227,8 @@ class Counter:
     def __init__(self, largest: float, allowed: float = math.inf):
         self.largest, self.allowed, self.taken = largest, allowed, []
 
-    def largest_step(self, state):
-        return self.largest
+    def limits(self, state):
+        return {"sound": self.largest}
 
     def step(self, state, dt):
         if dt > self.allowed:

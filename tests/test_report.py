@@ -114,11 +114,12 @@ def test_the_page_of_an_evolution_has_its_numbers(runs):
 
 
 def test_what_a_deck_says_of_itself_is_text(run_deck):
-    title = '<script>alert("n & T")</script>'
-    folder, code = run_deck("cooling", "mesh.cells=[8,8]", "time.end=0.1", f"about.title='{title}'")
+    title, notes = '<script>alert("n & T")</script>', "1 < 2 & so on"
+    about = (f"about.title='{title}'", f"about.notes='{notes}'")
+    folder, code = run_deck("cooling", "mesh.cells=[8,8]", "time.end=0.1", *about)
     assert code == 0 and main(["report", str(folder), "--quiet"]) == 0
     reader = Reader(page_of(folder))
-    assert reader.text["h1"] == [title] and not reader.all("script")
+    assert reader.text["h1"] == [title] and notes in reader.text["p"] and not reader.all("script")
 
 
 def test_a_run_under_way_has_a_page(run_deck):

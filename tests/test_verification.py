@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hydro.dynamics.integrator import StepRejected
+from hydro.studies.orders import fitted_order, orders
 from hydro.verification import MEASUREMENTS, Claim, Measurement, Table
 from hydro.verification.book import claim_row, table_lines
-from hydro.verification.claims import fitted_order, orders
 
 # Claims that miss their bounds; the book reports them as failing. One that comes to hold must leave this list.
 KNOWN_FAILURES = {

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
@@ -18,7 +19,7 @@ from hydro.deck.fields import (
     Text,
     broken_rule,
 )
-from hydro.deck.initial import INITIALS, Initial, Pattern
+from hydro.deck.initial import INITIALS, Initial
 from hydro.deck.sections import WALLS, Box, Elastic, ExperimentDeck, Gas, Mesh, Vibrating, Wall
 
 # Names that decks use; the registries of the same things elsewhere hold exactly these.
@@ -36,6 +37,12 @@ class Timeline(Section):
     """How far to go in time."""
 
     end: Positive = Field(description="time at which the run ends, in L_x/T_*^(1/2)")
+    wall_limit: Positive = Field(
+        default=math.inf,
+        allow_inf_nan=True,
+        description="seconds of wall clock, from start or restart, after which the run saves its state and stops; "
+        "inf for none",
+    )
 
 
 class Time(Timeline):
@@ -80,9 +87,22 @@ class Output(Section):
     checkpoint_every: Positive | None = Field(
         default=None, description="extra checkpoints every so much scaled time; none when not given"
     )
-    history_every: Positive | None = Field(
-        default=None, description="rows of the history file every so much scaled time; time.end/500 when not given"
+    checkpoint_seconds: Positive = Field(
+        default=600.0,
+        allow_inf_nan=True,
+        description="extra checkpoints every so many seconds of wall clock; inf for none",
     )
+    keep: Annotated[int, Strict()] | None = Field(
+        default=None,
+        ge=1,
+        description="number of checkpoints to keep, the newest, beside those at `times`; when not given all of "
+        "`checkpoint_every`, and two of those by wall clock or signal",
+    )
+    history_every: NonNegative | None = Field(
+        default=None,
+        description="rows of the history file every so much scaled time, 0 for every step; time.end/500 when not given",
+    )
+    pictures: Flag = Field(default=True, description="whether to draw; hundreds of short runs are faster without")
     movie: Flag = Field(default=False, description="whether to keep frames, and to make a movie of them at the end")
     movie_every: Positive | None = Field(
         default=None,
@@ -140,7 +160,7 @@ class RunDeck(ExperimentDeck):
             return initial
         if gas.f is None:
             raise broken_rule(f"required by the initial state {initial.kind!r}: average area fraction n/n_c", "gas.f")
-        if isinstance(initial, Pattern) and gas.f * (1 + initial.largest) >= 1:
+        if gas.f * (1 + initial.largest) >= 1:
             raise broken_rule("the initial state reaches close packing with its amplitude", "gas.f", gas.f)
         return initial
 
@@ -151,7 +171,7 @@ class RunDeck(ExperimentDeck):
         least = 0.0 if time is None else SHORTEST_CADENCE * time.end
         for key in ("checkpoint_every", "history_every", "movie_every"):
             every = getattr(output, key)
-            if every is not None and every < least:
+            if every and every < least:
                 raise broken_rule(f"must be {least:g} or more, a millionth of time.end", f"output.{key}", every)
         if time is not None and output.times and output.times[-1] > time.end:
             raise broken_rule(f"must not go beyond time.end = {time.end:g}", "output.times", output.times)
@@ -164,8 +184,9 @@ class RunDeck(ExperimentDeck):
 
     @property
     def history_interval(self) -> float:
-        """Scaled time between rows of the history file."""
-        return self.output.history_every or self.time.end / 500
+        """Scaled time between rows of the history file; zero for every step."""
+        every = self.output.history_every
+        return self.time.end / 500 if every is None else every
 
     @property
     def movie_interval(self) -> float:
@@ -175,6 +196,11 @@ class RunDeck(ExperimentDeck):
 
 class EvolutionDeck(RunDeck):
     """Evolution of the gas in time from an initial state."""
+
+    scalars: ClassVar[tuple[str, ...]] = (
+        "wall_max", "wall_min", "half_waves", "drift", "gas_density", "mean_pressure", "max_speed", "max_mach",
+        "mass_drift", "steps", "wall_seconds",
+    )  # fmt: skip
 
     kind: Literal["evolution"] = "evolution"
     time: Time

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -12,6 +13,8 @@ from pydantic.annotated_handlers import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from hydro.registry import nearest
+
+SMALLEST, LARGEST = 1e-30, 1e30  # sizes of numbers in decks
 
 
 def broken_rule(problem: str, key: str = "", value: object = None) -> PydanticCustomError:
@@ -79,6 +82,13 @@ class Tagged(Section):
     kind: str
 
 
+def within_reach(value: float) -> float:
+    """Validates a number that formulas can multiply with others like it without leaving the floating-point numbers."""
+    if value and math.isfinite(value) and not SMALLEST <= abs(value) <= LARGEST:
+        raise broken_rule(f"must be zero or of a size between {SMALLEST:g} and {LARGEST:g}")
+    return value
+
+
 def increasing(values: tuple[float, ...]) -> tuple[float, ...]:
     """Validates numbers of which each is greater than the one before."""
     if any(after <= before for before, after in pairwise(values)):
@@ -114,7 +124,7 @@ def same_length(values: tuple[float, ...], other: str, info: ValidationInfo) -> 
         raise broken_rule(f"must have as many items as {other}, {expected}")
 
 
-Number = Annotated[float, Strict()]
+Number = Annotated[float, Strict(), AfterValidator(within_reach)]
 Positive = Annotated[Number, Field(gt=0)]
 NonNegative = Annotated[Number, Field(ge=0)]
 Density = Annotated[Number, Field(gt=0, lt=1)]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
 from hydro.deck.evolution import RunDeck
 from hydro.deck.fields import Among, Density, NonNegative, Positive, Section, Text, broken_rule
+from hydro.deck.initial import Initial, ManufacturedInitial
 from hydro.deck.sections import Gas
 
 DRIVES = ("random-phase", "sinusoidal", "sawtooth")
@@ -63,9 +64,21 @@ class Grains(Section):
 class GrainsDeck(RunDeck):
     """Event-driven molecular dynamics of inelastic smooth hard disks. They know no rolling friction."""
 
+    scalars: ClassVar[tuple[str, ...]] = (
+        "wall_max", "wall_min", "half_waves", "gas_density", "wall_max_error", "wall_min_error", "gas_density_error",
+        "mean_pressure", "thermal_energy", "max_mach", "mass_drift", "grains", "collisions", "wall_seconds",
+    )  # fmt: skip
+
     kind: Literal["grains"] = "grains"
     gas: GrainsGas
     grains: Grains = Grains()
+
+    @field_validator("initial")
+    @classmethod
+    def _check_source(cls, initial: Initial) -> Initial:
+        if isinstance(initial, ManufacturedInitial):
+            raise broken_rule("grains know no source term", "initial.kind", initial.kind)
+        return initial
 
     @property
     def window(self) -> float:

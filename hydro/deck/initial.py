@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
 from hydro.deck.fields import (
+    Among,
     Axis,
     Density,
     FileName,
+    Flag,
     Increasing,
     Number,
     OneOf,
     Positive,
     Primitive,
     Tagged,
+    Text,
     Vector,
     Wave,
     broken_rule,
     same_length,
 )
+
+# Names that decks use; the table of the same things elsewhere holds exactly these.
+LINEAR_MODES = ("heat", "sound")
 
 
 class Pattern(Tagged):
@@ -84,15 +90,25 @@ PATTERNS: dict[str, type[Pattern]] = {"cosine": CosinePattern, "modes": ModesPat
 class Initial(Tagged):
     """The state at t=0."""
 
-    needs_area_fraction: ClassVar[bool] = False
+    @property
+    def needs_area_fraction(self) -> bool:
+        """Whether the state has the mean density gas.f."""
+        return False
+
+    @property
+    def largest(self) -> float:
+        """Upper bound of the relative excess of the density over the area fraction, where that is known."""
+        return 0.0
 
 
 class MeanDensityInitial(Initial):
     """A state of given mean density gas.f and uniform temperature."""
 
-    needs_area_fraction: ClassVar[bool] = True
-
     temperature: Positive = Field(default=1.0, description="temperature of the gas, in T_*")
+
+    @property
+    def needs_area_fraction(self) -> bool:
+        return True
 
 
 class CosineInitial(CosinePattern, MeanDensityInitial):
@@ -112,6 +128,47 @@ class UniformInitial(MeanDensityInitial):
 
     kind: Literal["uniform"] = "uniform"
     velocity: Vector = Field(default=(0.0, 0.0), description="velocity [u, v], in T_*^(1/2)")
+
+
+class WaveInitial(MeanDensityInitial):
+    """A wave along x in a gas of density f."""
+
+    amplitude: Number = Field(default=0.1, gt=-1, lt=1, description="relative amplitude of the density")
+
+    @property
+    def largest(self) -> float:
+        return abs(self.amplitude)
+
+
+class SimpleWaveInitial(WaveInitial):
+    """A right-going sound wave of finite amplitude, n = f (1 + amplitude sin(2 pi x)), with the entropy of (f, T)."""
+
+    kind: Literal["simple_wave"] = "simple_wave"
+
+
+class DensityWaveInitial(WaveInitial):
+    """n = f (1 + amplitude sin(2 pi x)) at the uniform pressure p(f, T), in a gas that moves along x."""
+
+    kind: Literal["density_wave"] = "density_wave"
+    velocity: Number = Field(default=1.0, description="velocity of the gas, in T_*^(1/2)")
+
+
+class EigenmodeInitial(WaveInitial):
+    """A mode of the linearized equations without cooling, one wavelength along x."""
+
+    kind: Literal["eigenmode"] = "eigenmode"
+    amplitude: Number = Field(
+        default=1e-5, gt=-1, lt=1, description="relative amplitude of the density, small for a linear mode"
+    )
+    mode: Annotated[Text, Among(LINEAR_MODES)] = Field(
+        default="heat", description="heat, which is conducted, or sound, to the right; both as friction has them"
+    )
+
+
+class ManufacturedInitial(Initial):
+    """The made-up solution of hydro/exact/manufactured.py, kept by an added source; 0.35 < p < 0.65 and T about 1."""
+
+    kind: Literal["manufactured"] = "manufactured"
 
 
 class ProfileInitial(Initial):
@@ -168,9 +225,18 @@ class CheckpointInitial(Initial):
 
     kind: Literal["checkpoint"] = "checkpoint"
     path: FileName = Field(description="checkpoint file (.h5)")
+    refill: Flag = Field(
+        default=False,
+        description="whether to add or take grains until the mean density is gas.f: everywhere by one factor on "
+        "n/(1-n), at the same temperature and velocity; pressure then stays about uniform",
+    )
     perturbation: Annotated[Pattern | None, OneOf(PATTERNS)] = Field(
         default=None, description="relative change of the density; none when not given"
     )
+
+    @property
+    def needs_area_fraction(self) -> bool:
+        return self.refill
 
 
 INITIALS: dict[str, type[Initial]] = {
@@ -178,6 +244,10 @@ INITIALS: dict[str, type[Initial]] = {
     "modes": ModesInitial,
     "noise": NoiseInitial,
     "uniform": UniformInitial,
+    "simple_wave": SimpleWaveInitial,
+    "density_wave": DensityWaveInitial,
+    "eigenmode": EigenmodeInitial,
+    "manufactured": ManufacturedInitial,
     "profile": ProfileInitial,
     "riemann": RiemannInitial,
     "checkpoint": CheckpointInitial,

@@ -2,16 +2,7 @@
 
 from __future__ import annotations
 
-from hydro.deck.evolution import EvolutionDeck
-from hydro.deck.grains import GrainsDeck
+from hydro.deck.campaigns import PROBLEMS, ConvergenceDeck, SweepDeck
 from hydro.deck.sections import Deck
-from hydro.deck.stability import StabilityDeck
-from hydro.deck.steady import BranchDeck, SteadyDeck
 
-KINDS: dict[str, type[Deck]] = {
-    "evolution": EvolutionDeck,
-    "steady": SteadyDeck,
-    "branch": BranchDeck,
-    "stability": StabilityDeck,
-    "grains": GrainsDeck,
-}
+KINDS: dict[str, type[Deck]] = {**PROBLEMS, "convergence": ConvergenceDeck, "sweep": SweepDeck}

@@ -6,7 +6,9 @@ import json
 import math
 import reprlib
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, get_args
 
@@ -50,21 +52,20 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Deck:
     Raises DeckError, with every complaint at once, when anything is wrong with file, overrides or deck.
     """
     source = _printable(str(path))
-    return parse(_read(Path(path), source), overrides, source)
+    return parse(_read(Path(path), source), overrides, source, Path(path).parent)
 
 
-def parse(text: str, overrides: Iterable[str] = (), source: str = "deck") -> Deck:
-    """As `load`, from TOML text; `source` names the deck in messages."""
-    try:
-        data = tomllib.loads(text)
-    except RecursionError:
-        raise DeckError("lists or tables are nested too deeply", source) from None
-    except ValueError as error:
-        last_line = len(text.splitlines())
-        problem = str(error).replace("at end of document", f"at line {last_line}, the last")
-        raise DeckError(f"not valid TOML: {problem}", source) from None
-    complaints = _override(data, overrides)
+def parse(text: str, overrides: Iterable[str] = (), source: str = "deck", folder: Path | None = None) -> Deck:
+    """As `load`, from TOML text; `source` names the deck in messages, base decks are looked for in `folder`."""
+    data = _data(text, source)
+    complaints = [*_include(data, KINDS, folder or Path()), *_override(data, overrides)]
     return validate(data, source, complaints)
+
+
+def changed(deck: Deck, changes: Mapping[str, Any]) -> Deck:
+    """The deck with other values at dotted keys, which may switch the kinds of sections; DeckError as for `load`."""
+    data = _given(deck)
+    return validate(data, complaints=_set(data, [(tuple(key.split(".")), value) for key, value in changes.items()]))
 
 
 def validate(data: Mapping[str, Any], source: str = "deck", complaints: Iterable[Complaint] = ()) -> Deck:
@@ -78,6 +79,7 @@ def validate(data: Mapping[str, Any], source: str = "deck", complaints: Iterable
     found += doubled
     try:
         deck = model.model_validate(data)
+        found += _wrong_members(deck)
     except ValidationError as error:
         found += [_blame(_translate(entry, model), following) for entry in error.errors(include_url=False)]
     else:
@@ -91,16 +93,21 @@ def dumps(deck: Deck) -> str:
 
     What follows from an experiment comes as comments at the end.
     """
-    follows = deck.follows
-    given = deck.model_dump(exclude_none=True, exclude={name: set(keys) for name, keys in follows.items()})
-    return "\n".join([*_lines(given), *_following(deck, follows)]) + "\n"
+    return "\n".join([*_lines(_given(deck)), *_following(deck)]) + "\n"
 
 
-def _following(deck: Deck, follows: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+def _given(deck: Deck) -> dict[str, Any]:
+    """What the deck says, without what follows from an experiment."""
+    given = deck.model_dump(exclude_none=True, exclude={name: set(keys) for name, keys in deck.follows.items()})
+    base = getattr(deck, "base", None)
+    return given if base is None else {**given, "base": _given(base)}
+
+
+def _following(deck: Deck) -> Iterator[str]:
     experiment = getattr(deck, "experiment", None)
     if experiment is not None:
         yield "\n# What follows from [experiment]:"
-        for name, keys in follows.items():
+        for name, keys in deck.follows.items():
             yield from (f"# {name}.{key} = {_toml(value)}" for key, value in keys.items())
         yield "# Units:"
         yield from (f"# {name} = {value:.6g} {unit}" for name, (value, unit) in experiment.units.items())
@@ -120,11 +127,23 @@ def _toml(value: object) -> str:
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | list):
         return f"[{', '.join(map(_toml, value))}]"
     if isinstance(value, dict):
         return f"{{ {', '.join(f'{key} = {_toml(item)}' for key, item in value.items())} }}"
     return repr(value)
+
+
+def _data(text: str, source: str) -> dict[str, Any]:
+    """What TOML text says; `source` names it in messages."""
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise DeckError("lists or tables are nested too deeply", source) from None
+    except ValueError as error:
+        last_line = len(text.splitlines())
+        problem = str(error).replace("at end of document", f"at line {last_line}, the last")
+        raise DeckError(f"not valid TOML: {problem}", source) from None
 
 
 def _read(path: Path, source: str) -> str:
@@ -139,6 +158,46 @@ def _read(path: Path, source: str) -> str:
         raise DeckError("not the name of a file", source) from None
 
 
+# Base decks
+
+
+def _include(data: dict[str, Any], table: Table, folder: Path) -> list[Complaint]:
+    """Put the files that `base` names in its place; what is wrong with the keys that change them comes back."""
+    model, base = _kind_in(table, data), data.get("base")
+    name = base.get("deck") if isinstance(base, dict) else base
+    if model is None or "base" not in model.model_fields or not isinstance(name, str):
+        return []
+    path = folder / name
+    inner = _data(_read(path, f"base {_printable(str(path))}"), f"base {_printable(str(path))}")
+    complaints = _include(inner, kinds_of(model, "base") or {}, path.parent)
+    if isinstance(base, dict):
+        complaints += _set(inner, [(keys, value) for keys, value in _settings(base) if keys != ("deck",)])
+    data["base"] = inner
+    return complaints
+
+
+def _settings(table: Mapping[str, Any], above: Keys = ()) -> Iterator[tuple[Keys, Any]]:
+    """All values in nested tables with the ways to them."""
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from _settings(value, (*above, key))
+        else:
+            yield (*above, key), value
+
+
+def _wrong_members(deck: Deck) -> Iterator[Complaint]:
+    """What is wrong with the runs of a study, each thing once."""
+    said: set[tuple[str, str]] = set()
+    for number, changes in enumerate(deck.changes, start=1):
+        try:
+            changed(deck.base, changes)  # type: ignore[attr-defined]
+        except DeckError as error:
+            new = [complaint for complaint in error.complaints if (complaint.key, complaint.problem) not in said]
+            said.update((complaint.key, complaint.problem) for complaint in new)
+            shown = ", ".join(f"{key} = {_toml(value)}" for key, value in changes.items())
+            yield from (replace(one, problem=f"{one.problem}, in member {number}: {shown}") for one in new)
+
+
 # Overrides
 
 
@@ -151,6 +210,12 @@ def _override(data: dict[str, Any], overrides: Iterable[str]) -> list[Complaint]
             settings.append(_setting(argument))
         except DeckError as error:
             complaints += error.complaints
+    return complaints + _set(data, settings)
+
+
+def _set(data: dict[str, Any], settings: Sequence[tuple[Keys, Any]]) -> list[Complaint]:
+    """Put values into `data`; what cannot be put comes back as complaints."""
+    complaints: list[Complaint] = []
     _switch_kinds(data, dict(settings))
     for keys, value in settings:
         try:
@@ -165,7 +230,7 @@ def _setting(argument: str) -> tuple[Keys, Any]:
     shown = _printable(argument)
     name, equals, text = argument.partition("=")
     keys = tuple(key.strip() for key in name.split("."))
-    if shown != argument or not equals or not all(keys):
+    if not _is_unicode(argument) or not equals or not all(keys):
         raise DeckError("not an override; write section.key=value", shown)
     return keys, _value(text.strip(), shown)
 
@@ -236,6 +301,11 @@ def _drop_foreign_keys(section: dict[str, Any], table: Table) -> None:
 
 def _fill(data: Mapping[str, Any], model: type[Deck]) -> tuple[Mapping[str, Any], set[str], list[Complaint]]:
     """`data` with all that follows from its experiment, the keys of that, and complaints where they were given too."""
+    inner = _kind_in(kinds_of(model, "base") or {}, data["base"]) if isinstance(data.get("base"), dict) else None
+    if inner is not None and issubclass(inner, Deck):
+        base, following, doubled = _fill(data["base"], inner)
+        blamed = [replace(complaint, key=f"base.{complaint.key}") for complaint in doubled]
+        return {**data, "base": base}, {f"base.{key}" for key in following}, blamed
     if "experiment" not in data or not issubclass(model, ExperimentDeck):
         return data, set(), []
     filled, following, doubled = dict(data), set(), []
@@ -272,7 +342,8 @@ def _blame(complaint: Complaint, following: set[str]) -> Complaint:
     """A complaint about what follows from the experiment as one about the experiment."""
     if complaint.key.partition("[")[0] not in following:
         return complaint
-    return Complaint("experiment", f"{complaint.key} follows from it: {complaint.problem}", complaint.value)
+    place = "base." * complaint.key.count("base.") + "experiment"
+    return Complaint(place, f"{complaint.key} follows from it: {complaint.problem}", complaint.value)
 
 
 # Complaints
@@ -354,7 +425,7 @@ def _unknown_choice(key: str, value: object, known: Iterable[str]) -> Complaint:
 
 def _not_allowed(key: str, owner: type[Section], entry: ErrorDetails) -> Complaint:
     context = entry.get("ctx", {})
-    blamed = context.get("key")
+    blamed = _in_base(context.get("key"), key)
     value = context["value"] if blamed else entry["input"]
     problem = PHRASES.get(entry["type"], entry["msg"]).format(**context)
     if entry["type"] == "float_type" and isinstance(value, int) and not isinstance(value, bool):
@@ -362,6 +433,12 @@ def _not_allowed(key: str, owner: type[Section], entry: ErrorDetails) -> Complai
     if value is not None:
         problem = f"{_show(value)} is not allowed; {problem}"
     return Complaint(blamed or key, problem, value)
+
+
+def _in_base(blamed: str | None, key: str) -> str | None:
+    """The key that a base deck blames, from the top of the study that `key` is in."""
+    depth = len(list(takewhile(lambda part: part == "base", key.split("."))))
+    return "base." * depth + blamed if blamed else None
 
 
 WRITERS: dict[str, Callable[[str, type[Section], ErrorDetails], Complaint]] = {
@@ -385,6 +462,11 @@ def _show(value: object) -> str:
         return "a huge number"
 
 
+def _is_unicode(text: str) -> bool:
+    """Whether `text` is without the surrogates that stand for bytes which are none."""
+    return text.encode(errors="ignore").decode() == text
+
+
 def _printable(text: str) -> str:
-    """`text` with what is not valid Unicode escaped: command-line arguments may hold any bytes."""
-    return text.encode(errors="backslashreplace").decode()
+    """`text` with what cannot be shown escaped: command-line arguments may hold any bytes."""
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in text)

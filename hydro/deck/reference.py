@@ -20,9 +20,9 @@ A deck is a TOML file. Its `kind` says what it asks for; everything else stands 
 Any key can be changed on the command line: `section.key=value`, for example `time.end=10 wall.kind=thermal`.
 Where that switches the kind of a section, keys that only the other kinds know are dropped from it.
 Numbers are scaled: length `L_x`, density `n_c`, temperature `T_*`, hence velocity `T_*^(1/2)`, time `L_x/T_*^(1/2)`,
-pressure `n_c T_*`. From a section `[experiment]` follow `gas.L`, `gas.f`, `gas.K`, `gas.tau`, `gas.mu`,
-`box.aspect_ratio` and `wall.W`, or `stability.L` and `stability.points`, which must not be given then
-([experiment.md](experiment.md))."""
+pressure `n_c T_*`; each is zero or of a size between 1e-30 and 1e30. From a section `[experiment]` follow `gas.L`,
+`gas.f`, `gas.K`, `gas.tau`, `gas.mu`, `box.aspect_ratio` and `wall.W`, or `stability.L` and `stability.points`, which
+must not be given then ([experiment.md](experiment.md))."""
 
 HEADER = "| key | type | default | allowed | meaning |\n|---|---|---|---|---|"
 WORDS = {float: "number", int: "whole number", str: "text", bool: "true or false"}

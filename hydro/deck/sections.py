@@ -7,12 +7,24 @@ A new wall is a model here and a line in its table.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, Strict, ValidationInfo, field_validator
 
 from hydro.deck.experiment import Experiment, Scaled
-from hydro.deck.fields import Among, Axes, Cells, Density, NonNegative, Number, Positive, Section, Tagged, Text
+from hydro.deck.fields import (
+    Among,
+    Axes,
+    Cells,
+    Density,
+    NonNegative,
+    Number,
+    Positive,
+    Section,
+    Tagged,
+    Text,
+    broken_rule,
+)
 
 # Names that decks use; the registry of closures holds exactly these.
 CLOSURES = ("grossman",)
@@ -26,6 +38,34 @@ class About(Section):
     title: Text = Field(default="", description="title shown in reports")
     reference: Text = Field(default="", description="paper, equation or figure that the deck belongs to")
     notes: Text = Field(default="", description="what a reader should know, such as assumptions that do not hold")
+
+
+class Range(Section):
+    """Numbers from start to stop."""
+
+    start: Number = Field(description="the first")
+    stop: Number = Field(description="the last")
+    count: Annotated[int, Strict(), Field(ge=2, le=100000)] = Field(description="how many, start and stop included")
+    spacing: Annotated[Text, Among(("linear", "log"))] = Field(
+        default="linear", description="equal differences or equal ratios"
+    )
+
+    @field_validator("spacing")
+    @classmethod
+    def _check_spacing(cls, spacing: str, info: ValidationInfo) -> str:
+        if spacing == "log" and min(info.data.get("start", 1.0), info.data.get("stop", 1.0)) <= 0.0:
+            raise broken_rule("start and stop must be greater than 0 for equal ratios")
+        return spacing
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """All of them, from start to stop, to 15 digits."""
+        shares = [k / (self.count - 1) for k in range(1, self.count - 1)]
+        if self.spacing == "log":
+            inner = [self.start * (self.stop / self.start) ** share for share in shares]
+        else:
+            inner = [self.start + (self.stop - self.start) * share for share in shares]
+        return (self.start, *(float(f"{value:.15g}") for value in inner), self.stop)
 
 
 class Gas(Section):
@@ -122,11 +162,17 @@ class DrivingVibrating(Vibrating):
 DRIVING_WALLS: dict[str, type[Wall]] = {"vibrating": DrivingVibrating, "thermal": Thermal}
 
 
-class Deck(Section):
+class Deck(Tagged):
     """What all kinds of deck have in common."""
 
-    kind: str
+    scalars: ClassVar[tuple[str, ...]] = ()  # numbers that describe a run of this kind, the most telling first
+
     about: About = About()
+
+    @property
+    def changes(self) -> list[dict[str, Any]]:
+        """For studies: values by dotted key that each run has instead of those of the base deck."""
+        return []
 
     @property
     def follows(self) -> dict[str, dict[str, Any]]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, Field, Strict, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from hydro.deck.experiment import Scaled
 from hydro.deck.fields import Among, Density, HalfWaves, ListOr, Positive, Section, Text, broken_rule, some_distinct
-from hydro.deck.sections import CLOSURES, DRIVING_WALLS, ExperimentDeck
+from hydro.deck.sections import CLOSURES, DRIVING_WALLS, ExperimentDeck, Range
 
 
 class DensityGas(Section):
@@ -20,15 +20,11 @@ class DensityGas(Section):
     )
 
 
-class AreaFractions(Section):
+class AreaFractions(Range):
     """Area fractions from start to stop."""
 
     start: Density = Field(description="the first")
     stop: Density = Field(description="the last, greater than start")
-    count: Annotated[int, Strict(), Field(ge=2, le=100000)] = Field(description="how many, start and stop included")
-    spacing: Annotated[Text, Among(("linear", "log"))] = Field(
-        default="linear", description="equal differences or equal ratios"
-    )
 
     @field_validator("stop")
     @classmethod
@@ -37,16 +33,6 @@ class AreaFractions(Section):
         if start is not None and stop <= start:
             raise broken_rule(f"must be greater than start, {start:g}")
         return stop
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        """All of them, increasing."""
-        shares = [k / (self.count - 1) for k in range(1, self.count - 1)]
-        if self.spacing == "log":
-            inner = [self.start * (self.stop / self.start) ** share for share in shares]
-        else:
-            inner = [self.start + (self.stop - self.start) * share for share in shares]
-        return (self.start, *inner, self.stop)
 
 
 class MarkedPoint(Section):
@@ -87,6 +73,8 @@ class Stability(Section):
 
 class StabilityDeck(ExperimentDeck):
     """Critical aspect ratios of extended states, and the tongues in which they exist."""
+
+    scalars: ClassVar[tuple[str, ...]] = ("aspect_ratio", "f1", "f2", "f_min", "aspect_ratio_min", "wall_seconds")
 
     kind: Literal["stability"] = "stability"
     gas: DensityGas = DensityGas()

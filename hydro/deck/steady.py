@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
@@ -58,6 +58,10 @@ class Steady(Section):
 class SteadyDeck(ExperimentDeck):
     """A steady state in two dimensions, on the finite volumes of the evolution, and its growth rates."""
 
+    scalars: ClassVar[tuple[str, ...]] = (
+        "wall_max", "wall_min", "growth_rate", "stable", "gas_density", "pressure", "residual", "wall_seconds",
+    )  # fmt: skip
+
     kind: Literal["steady"] = "steady"
     gas: SteadyGas
     box: ClosedBox = ClosedBox()
@@ -109,6 +113,10 @@ class Branch(Section):
 
 class BranchDeck(ExperimentDeck):
     """Branches of localized states, from where they leave the extended state, through folds, to the end of a range."""
+
+    scalars: ClassVar[tuple[str, ...]] = (
+        "first_bifurcation", "last_bifurcation", "first_fold", "last_fold", "wall_seconds",
+    )  # fmt: skip
 
     kind: Literal["branch"] = "branch"
     gas: BranchGas = BranchGas()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numba
@@ -17,7 +17,7 @@ import numpy as np
 from numba import prange
 
 from hydro.dynamics import hancock, heat
-from hydro.dynamics.integrator import INTEGRATORS, Exchange, StepRejected
+from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, Source, StepRejected
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
@@ -27,8 +27,6 @@ from hydro.mesh import GHOSTS, Mesh
 from hydro.state import State, worst_cell
 
 CELLS_PER_THREAD = 4096  # fewer are not worth waking a thread for
-
-Source = Callable[[float, Mesh], np.ndarray]
 
 
 class Flow(NamedTuple):
@@ -43,7 +41,7 @@ class Flow(NamedTuple):
 
 
 @INTEGRATORS.register("godunov")
-class Godunov:
+class Godunov(Integrator):
     """Unsplit MUSCL-Hancock finite volumes with RKL2 conduction and cooling; see `hancock` and `heat`.
 
     `source(time, mesh)`, if given, is added to the equations: rates of the four conserved fields, shape
@@ -75,11 +73,11 @@ class Godunov:
         self._half, self._next = np.empty((4, *mesh.cells)), np.empty((4, *mesh.cells))
         self._rates = np.empty(mesh.cells[0])
 
-    def largest_step(self, state: State) -> float:
-        """cfl times the time in which the fastest signal crosses half a cell; zero for an inadmissible state."""
+    def limits(self, state: State) -> dict[str, float]:
+        """Sound: cfl times the time in which the fastest signal crosses half a cell; zero for an inadmissible state."""
         with thread_count(self.threads):
             signal_rates(self.gas, state.conserved, self.mesh.dx, self.mesh.dy, self._half[0], self._rates)
-        return self.cfl / float(self._rates.max())
+        return {"sound": self.cfl / float(self._rates.max())}
 
     def step(self, state: State, dt: float) -> Exchange:
         """Advance `state` in place by `dt`; StepRejected, if n or T would leave its bounds, leaves it untouched."""

@@ -7,10 +7,17 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from hydro.mesh import Mesh
 from hydro.registry import Registry
 from hydro.state import State
 
+# What of an integrator's own may limit its step: sound that crosses cells, flow that crosses cells, and the error.
+STEP_LIMITS = ("sound", "remap", "error")
+
 INTEGRATORS: Registry[Callable[..., Integrator]] = Registry("integrator")
+
+# Rates of the four conserved fields, shape (4, nx, ny), at a time on a mesh, to be added to the equations.
+Source = Callable[[float, Mesh], np.ndarray]
 
 
 class StepRejected(Exception):
@@ -29,8 +36,12 @@ class Exchange(NamedTuple):
 class Integrator(Protocol):
     """Advances a state; knows nothing of output, progress or files."""
 
+    def limits(self, state: State) -> dict[str, float]:
+        """The largest time steps that stability and accuracy allow from here, by names among STEP_LIMITS."""
+
     def largest_step(self, state: State) -> float:
-        """The largest time step that stability and accuracy allow from here."""
+        """The least of the limits."""
+        return min(self.limits(state).values())
 
     def step(self, state: State, dt: float) -> Exchange:
         """Advance `state` in place by `dt`; StepRejected leaves it untouched."""

@@ -29,7 +29,7 @@ import numpy as np
 
 from hydro.dynamics import multigrid
 from hydro.dynamics.heat import Geometry
-from hydro.dynamics.integrator import INTEGRATORS, Exchange, StepRejected
+from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, Source, StepRejected
 from hydro.dynamics.limiters import LIMITERS
 from hydro.gas import Closure
 from hydro.jit import kernel, part
@@ -88,12 +88,14 @@ class Grid(NamedTuple):
 
 
 @INTEGRATORS.register("lagrange-remap")
-class LagrangeRemap:
+class LagrangeRemap(Integrator):
     """Semi-implicit Lagrange-remap finite volumes, second order in time and space.
 
     cfl: largest share of a cell that a face may sweep in a step. tolerance: largest root mean square change, relative,
-    of density and pressure (and of the velocity, against sound) that the last two states do not foresee. State and work
-    space take 550 bytes per cell. ValueError for a mesh of a single cell in a direction.
+    of density and pressure (and of the velocity, against sound) that the last two states do not foresee.
+    `source(time, mesh)`, if given, is added to the equations: rates of the four conserved fields, shape (4, nx, ny),
+    taken at the new time. State and work space take 550 bytes per cell. ValueError for a mesh of a single cell in a
+    direction.
     """
 
     def __init__(
@@ -105,12 +107,13 @@ class LagrangeRemap:
         cfl: float = 0.8,
         limiter: str = "van_leer",
         tolerance: float = TOLERANCE,
+        source: Source | None = None,
     ):
         nx, ny = mesh.cells
         if min(mesh.cells) < 2:
             raise ValueError(f"{mesh.cells} cells: two or more are needed in both directions")
         self.gas, self.wall, self.mesh, self.tau, self.cfl, self.tolerance = gas, wall, mesh, tau, cfl, tolerance
-        self.limiter = LIMITERS[limiter]
+        self.limiter, self.source = LIMITERS[limiter], source
         self._grid = Grid(Geometry.of(mesh), mesh.spacing(0), mesh.spacing(1))
         self._work = Work(
             np.zeros((4, nx, ny)), np.zeros((4, nx, ny)), np.zeros((2, nx, ny)), np.zeros((2, nx, ny)),
@@ -124,21 +127,19 @@ class LagrangeRemap:
         self._velocity = np.zeros((2, nx, ny))  # of faces, extrapolated to the new time
         self._next, self._pushed = np.zeros((4, nx, ny)), np.zeros((2, nx, ny))
         self._unknowns = np.zeros((2, nx, ny))  # pressure, temperature
-        self._steps = np.zeros(
-            2
-        )  # the last step, and the largest that the error allows for the next; zero at the start
+        self._steps = np.zeros(2)  # the last one, and the largest that the error allows next; zero at the start
         self._exchange = np.zeros(4)  # in the last step
         self.iterations = 0
 
-    def largest_step(self, state: State) -> float:
-        """What the remap, the error, and the last step allow."""
+    def limits(self, state: State) -> dict[str, float]:
+        """What the remap and the error of the last step allow; for the first step, a share of the time of sound."""
         last, allowed = self._steps
         if last == 0.0:
             c = self.gas.sound_speed(state.density, state.temperature)
             width = np.minimum(self.mesh.dx[:, None], self.mesh.dy[None, :])
-            return FIRST_STEP * float(np.min(width / (c + state.speed)))
+            return {"sound": FIRST_STEP * float(np.min(width / (c + state.speed)))}
         swept = sweep_rate(self._velocity, self.mesh.dx, self.mesh.dy)
-        return min(allowed, self.cfl / swept if swept > 0.0 else math.inf)
+        return {"remap": self.cfl / swept if swept > 0.0 else math.inf, "error": float(allowed)}
 
     def step(self, state: State, dt: float) -> Exchange:
         """Advance `state` in place by `dt`; StepRejected leaves it untouched."""
@@ -153,6 +154,7 @@ class LagrangeRemap:
         h = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio)
         work, friction = self._work, 1.0 / self.tau
         carry(self.gas, self.limiter, self._grid, self._momentum, ratio, h, self._velocity, work)
+        given = self._add_source(state.time + dt, h)
         self._solve(h, friction)
         P, T = self._unknowns
         totals = finish(self.gas, self.wall, self._grid, P, T, h, friction, work, self._next, self._pushed)
@@ -163,11 +165,24 @@ class LagrangeRemap:
         self._momentum[0] = self._pushed
         state.conserved[:] = self._next
         state.time += dt
-        return self._book(totals, ratio, h)
+        return self._book(np.append(totals, given), ratio, h)
 
     def _look_ahead(self, now: np.ndarray, ratio: float) -> bool:
         """Extrapolate; whether n and T stay in their bounds."""
         return look_ahead(self.gas, now, self._last, ratio, self._work.ahead, self._work.base)
+
+    def _add_source(self, time: float, h: float) -> float:
+        """The source over `h`, into what the balances start from; returns the power that it gives."""
+        if self.source is None:
+            return 0.0
+        source, work = self.source(time, self.mesh), self._work
+        on_faces = self._pushed
+        face_momenta(self._grid.heat, source, on_faces)
+        work.base[N] += h * source[N]
+        work.base[E] += h * source[E]
+        work.drive_x[:] += h * on_faces[0]
+        work.drive_y[:] += h * on_faces[1]
+        return self.mesh.integral(source[E])
 
     def _solve(self, h: float, friction: float) -> None:
         """Pressure and temperature of the new state."""
@@ -213,7 +228,7 @@ class LagrangeRemap:
         """Energies exchanged: the backward difference passes a share of the last step's on."""
         share = ratio**2 / (1.0 + 2.0 * ratio)
         self._exchange *= share
-        self._exchange[:3] += h * totals
+        self._exchange += h * totals
         return Exchange(*self._exchange.tolist())
 
     def memory(self) -> dict[str, np.ndarray]:

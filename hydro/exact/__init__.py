@@ -2,24 +2,35 @@
 
     riemann      two uniform states side by side: shocks, contact, rarefactions, for any closure
     solutions    cooling, conduction and sound at small amplitude; a simple wave at finite amplitude; isobaric profiles
+    manufactured every term of the equations at once, by an added source
+    evolution    which of them an evolution deck asks for
 
 All quantities are scaled; ideal flow unless the function says otherwise.
 """
 
+from hydro.exact.manufactured import Manufactured
 from hydro.exact.riemann import Isentrope, PrimitiveState, RiemannSolution, solve
 from hydro.exact.solutions import (
+    LINEAR_MODES,
     AcousticMode,
+    DensityWave,
+    LinearMode,
     SimpleWave,
     acoustic_eigenmode,
     cell_averages,
     conduction_mode_decay,
     homogeneous_cooling,
     isobaric_profile,
+    linear_modes,
 )
 
 __all__ = [
+    "LINEAR_MODES",
     "AcousticMode",
+    "DensityWave",
     "Isentrope",
+    "LinearMode",
+    "Manufactured",
     "PrimitiveState",
     "RiemannSolution",
     "SimpleWave",
@@ -28,5 +39,6 @@ __all__ = [
     "conduction_mode_decay",
     "homogeneous_cooling",
     "isobaric_profile",
+    "linear_modes",
     "solve",
 ]

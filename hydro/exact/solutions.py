@@ -13,6 +13,42 @@ import numpy as np
 from hydro.exact.riemann import Isentrope, PrimitiveState, bisect
 
 
+class LinearMode(NamedTuple):
+    """A perturbation exp(s t + i k x) of a uniform state at rest: growth rate s, amplitudes (dn, du, dT), k."""
+
+    rate: complex
+    amplitudes: np.ndarray  # (3,), with |dn| = 1
+    wavenumber: float
+
+    def fields(self, x, t: float) -> np.ndarray:
+        """(dn, du, dT) at the points x, the real parts: shape (3,) + x.shape."""
+        wave = np.exp(self.rate * t + 1j * self.wavenumber * np.asarray(x, float))
+        return np.multiply.outer(self.amplitudes, wave).real
+
+
+def linear_modes(gas: Any, n: float, T: float, tau: float, wavenumber: float) -> list[LinearMode]:
+    """Modes of a gas with conduction and friction, without cooling, the most slowly decaying first.
+
+    dn' = -n ik du,  n du' = -ik (p_n dn + p_T dT) - n du/tau,  n dT' = -p ik du - kappa k^2 dT.
+    """
+    k, p, (p_n, p_T) = wavenumber, gas.pressure(n, T), gas.pressure_slopes(n, T)
+    kappa = gas.conductivity(n, T)
+    matrix = np.array([
+        [0.0, -1j * k * n, 0.0],
+        [-1j * k * p_n / n, -1.0 / tau, -1j * k * p_T / n],
+        [0.0, -1j * k * p / n, -kappa * k * k / n],
+    ])  # fmt: skip
+    rates, vectors = np.linalg.eig(matrix)
+    return [LinearMode(complex(rates[m]), vectors[:, m] / abs(vectors[0, m]), k) for m in np.argsort(-rates.real)]
+
+
+# How to tell the modes apart: heat is carried without a frequency, sound has two of opposite sign.
+LINEAR_MODES: dict[str, Callable[[list[LinearMode]], LinearMode]] = {
+    "heat": lambda modes: min(modes, key=lambda mode: abs(mode.rate.imag)),
+    "sound": lambda modes: min(modes, key=lambda mode: mode.rate.imag),
+}
+
+
 class AcousticMode(NamedTuple):
     """A linear right-going sound wave: amplitudes per unit dn/n0, all in phase, its speed and its frequency c k."""
 
@@ -101,6 +137,25 @@ class SimpleWave:
 
     def _speed(self, n):
         return self._velocity(n) + self.isentrope.sound_speed(n)
+
+
+@dataclass(frozen=True)
+class DensityWave:
+    """n = n0 (1 + amplitude sin(2 pi (x - velocity t)/length)) at uniform pressure, carried along unchanged."""
+
+    gas: Any
+    n0: float
+    amplitude: float
+    pressure: float
+    velocity: float
+    length: float = 1.0
+
+    def conserved(self, x, t: float) -> np.ndarray:
+        """(n, n u, e) at the points x, shape (3,) + x.shape."""
+        phase = 2.0 * np.pi * (np.asarray(x, float) - self.velocity * t) / self.length
+        n = self.n0 * (1.0 + self.amplitude * np.sin(phase))
+        thermal = self.pressure / self.gas.compressibility(n)
+        return np.stack([n, n * self.velocity, thermal + 0.5 * n * self.velocity**2])
 
 
 def isobaric_profile(low: float, high: float, width: float, length: float = 1.0) -> Callable:

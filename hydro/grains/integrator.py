@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydro.deck import GrainsDeck
-from hydro.dynamics.integrator import Exchange
+from hydro.dynamics.integrator import Exchange, Integrator
 from hydro.errors import Complaint, DeckError
 from hydro.grains import events
 from hydro.grains.dynamics import Dynamics, arena
@@ -18,6 +18,7 @@ from hydro.grains.fields import density_scale, fields
 from hydro.grains.placement import number_of_grains, placed
 from hydro.grains.walls import DRIVES
 from hydro.registry import Registry
+from hydro.setup import mesh_of
 from hydro.state import State
 
 SAMPLES = 40  # looks at the fields that make an average
@@ -56,13 +57,28 @@ def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:
     """The grains of a deck, with the fields of its initial state. DeckError where they do not fit."""
     diameter, length_y = deck.gas.diameter, deck.box.aspect_ratio
     number = number_of_grains(state.mass / length_y, diameter, length_y)
-    kind, periodic = wall_kind(deck), state.mesh.periodic
     try:
-        box = arena(diameter, deck.gas.restitution, length_y, number, periodic, deck.grains.contact_time)
-        positions, velocities = placed(state, number, diameter, deck.grains.seed)
+        return dynamics_from(deck, *placed(state, number, diameter, deck.grains.seed))
     except ValueError as error:
         raise DeckError([Complaint("gas.f", str(error))], "initial state") from error
+
+
+def dynamics_from(deck: GrainsDeck, positions: np.ndarray, velocities: np.ndarray) -> Dynamics:
+    """The grains of a deck, where they are told to be; shapes (N, 2). ValueError where the box has too few cells."""
+    kind, periodic = wall_kind(deck), mesh_of(deck).periodic
+    box = arena(
+        deck.gas.diameter, deck.gas.restitution, deck.box.aspect_ratio, len(positions), periodic,
+        deck.grains.contact_time,
+    )  # fmt: skip
     return Dynamics(box, DRIVES[kind](**WALL_OPTIONS[kind](deck)), positions, velocities, deck.grains.seed)
+
+
+def dynamics_again(deck: GrainsDeck, memory: dict[str, np.ndarray]) -> Dynamics:
+    """The grains of a deck as `Dynamics.memory` has kept them."""
+    motion = memory["motion"]
+    grains = dynamics_from(deck, motion[:, events.X : events.Y + 1], motion[:, events.VX : events.VY + 1])
+    grains.remember(memory)
+    return grains
 
 
 class Sample(NamedTuple):
@@ -73,17 +89,20 @@ class Sample(NamedTuple):
     virial: float
 
 
-class GrainsIntegrator:
+# What a checkpoint calls the parts of looks.
+LOOKS = {"look_times": "time", "look_fields": "conserved", "look_virials": "virial"}
+
+
+class GrainsIntegrator(Integrator):
     """Advances grains and the fields that they make; keeps the latest looks at them, for averages."""
 
-    def __init__(self, grains: Dynamics, state: State, window: float):
+    def __init__(self, grains: Dynamics, window: float):
         self.grains, self._interval = grains, window / SAMPLES
-        state.conserved[:] = fields(grains, state.mesh)
         self.samples: deque[Sample] = deque(maxlen=SAMPLES)
 
-    def largest_step(self, state: State) -> float:
+    def limits(self, state: State) -> dict[str, float]:
         """To the next look."""
-        return self._interval
+        return {"look": self._interval}
 
     def step(self, state: State, dt: float) -> Exchange:
         """Run all events in `dt` and take the fields; what walls gave and collisions took is summed event by event."""
@@ -97,10 +116,13 @@ class GrainsIntegrator:
         return Exchange(wall=float(wall) / scale, collisions=float(lost) / scale)
 
     def memory(self) -> dict[str, np.ndarray]:
-        """The grains; looks at the fields are not kept."""
-        return self.grains.memory()
+        """The grains, and the looks at them."""
+        looks = {name: np.array([getattr(sample, field) for sample in self.samples]) for name, field in LOOKS.items()}
+        return {**self.grains.memory(), **looks}
 
     def remember(self, memory: dict[str, np.ndarray]) -> None:
         """Take back what `memory` gave."""
         self.grains.remember(memory)
+        times, fields_seen, virials = (memory[name] for name in LOOKS)
         self.samples.clear()
+        self.samples.extend(map(Sample, times.tolist(), fields_seen, virials.tolist()))

@@ -15,7 +15,7 @@ from hydro.pictures.style import save
 from hydro.state import State
 
 COLOURS = ("tab:red", "tab:blue", "tab:green", "tab:purple")  # of symmetry sectors, those largest first
-FLOOR = 1e-12  # smallest distance shown
+FLOOR = 1e-13  # smallest distance shown
 FIELDS = (("density", "$n/n_c$"), ("temperature", "$T/T_*$"))
 
 
@@ -43,10 +43,9 @@ def distance_curves(path: Path, result: dict[str, Any], parts: np.ndarray) -> No
 
 
 def curve(axis: Axes, times: np.ndarray, distances: Sequence[float], label: str, **look: Any) -> None:
-    """One distance; what is zero is left out."""
+    """One distance, without what is below all interest."""
     values = np.asarray(distances)
-    there = values > FLOOR
-    axis.plot(times[there], values[there], label=label, linewidth=0.8, markersize=3.0, **look)
+    axis.plot(times, np.where(values > FLOOR, values, np.nan), label=label, linewidth=0.8, markersize=3.0, **look)
 
 
 def named(name: str, entry: dict[str, Any]) -> str:

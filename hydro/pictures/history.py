@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,24 +26,22 @@ WALLS = (
     ("wall_min", "smallest, $x=0$", "--"),
     ("gas_density", "mean, $x=1$", ":"),
 )
+ENERGIES = (("thermal_energy", "of random motion", "-"), ("kinetic_energy", "of the flow", "--"))
 PANELS = (
     Panel("Densities at the walls", "density $n/n_c$", WALLS),
-    Panel(
-        "Energies",
-        "energy $/(n_cT_*L_x^2)$",
-        (("thermal_energy", "of random motion", "-"), ("kinetic_energy", "of the flow", "--")),
-    ),
+    Panel("Energies", "energy $/(n_cT_*L_x^2)$", ENERGIES),
     Panel("The flow's largest Mach number", "largest Mach number", (("max_mach", "", "-"),)),
 )
+ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 3}  # a legend outside the axes
 TIME = "time $t\\,T_*^{1/2}/L_x$"
 
 
 def history_curves(path: Path, history: np.ndarray) -> None:
-    """All panels, one above the other; `history` is a record array."""
+    """All panels, one above the other; `history` is a table of named columns, a record array or a DataFrame."""
     figure = Figure(figsize=(6.0, 7.0), layout="constrained")
     axes = figure.subplots(len(PANELS), 1, sharex=True, height_ratios=(2, 1, 1))
     for axis, panel in zip(axes, PANELS, strict=True):
-        curves(axis, history, panel.columns)
+        curves(axis, history, panel.columns, **ABOVE)
         axis.set_ylabel(panel.label)
     axes[-1].set_xlabel(TIME)
     save(figure, path)
@@ -53,14 +51,17 @@ def history_panel(history: np.ndarray, panel: Panel) -> Figure:
     """One panel, as small as a page wants it."""
     figure = Figure(figsize=(4.4, 3.0), layout="constrained")
     axis = figure.add_subplot()
-    curves(axis, history, panel.columns)
+    curves(axis, history, panel.columns, **ABOVE)
     axis.set_ylabel(panel.label)
     axis.set_xlabel(TIME)
     return figure
 
 
-def curves(axis: Axes, history: np.ndarray, columns: Sequence[tuple[str, str, str]]) -> None:
-    """Columns against time on a logarithmic axis; what is not positive is left out, and the axis spans a factor 2."""
+def curves(axis: Axes, history: np.ndarray, columns: Sequence[tuple[str, str, str]], **legend: Any) -> None:
+    """Columns against time on a logarithmic axis; what is not positive is left out, and the axis spans a factor 2.
+
+    legend: where it is and how it looks.
+    """
     for column, label, dash in columns:
         there = history[column] > 0.0
         axis.semilogy(history["time"][there], history[column][there], dash, color="black", label=label)
@@ -69,7 +70,7 @@ def curves(axis: Axes, history: np.ndarray, columns: Sequence[tuple[str, str, st
         middle = np.sqrt(values.max() * values.min())
         axis.set_ylim(middle / np.sqrt(2.0), middle * np.sqrt(2.0))
     if any(label for _, label, _ in columns):
-        axis.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(columns))
+        axis.legend(fontsize=8, **legend)
     if not values.size:
         axis.text(0.5, 0.5, "zero at all times", transform=axis.transAxes, ha="center", va="center")
         axis.set_yticks([])

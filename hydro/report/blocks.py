@@ -122,7 +122,7 @@ def picture(path: Path, alt: str, caption: str = "") -> Figure:
 def drawing(figure: Any, alt: str, caption: str = "") -> Figure:
     """A figure of matplotlib."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DOTS_PER_INCH)
+    figure.savefig(buffer, format="png", dpi=DOTS_PER_INCH, bbox_inches="tight")
     return _figure(buffer.getvalue(), alt, caption)
 
 

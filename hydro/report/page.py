@@ -45,6 +45,7 @@ def page(content: Content) -> str:
     return environment.from_string(template).render(
         title=about.title or content.folder.path.resolve().name,
         reference=about.reference,
+        notes=about.notes,
         kind=content.deck.kind,
         status=status(content.summary),
         version=hydro.__version__,

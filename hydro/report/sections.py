@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydro.errors import HydroError
+from hydro.errors import DeckError, HydroError
 from hydro.kinds import KINDS
 from hydro.report.blocks import (
     NO_BREAK,
@@ -29,6 +29,7 @@ from hydro.report.blocks import (
     number,
     picture,
 )
+from hydro.runs.dataset import read_history
 from hydro.runs.folder import RunFolder
 from hydro.runs.subject import AUTO
 
@@ -178,10 +179,13 @@ def history(folder: RunFolder) -> list[Block]:
     """Curves of what the run has noted."""
     from hydro.pictures.history import PANELS, history_panel  # matplotlib is slow to import
 
-    rows = read_history(folder.history)
-    if rows.size < 2:
+    try:
+        rows = read_history(folder.path).reset_index()
+    except DeckError:  # there is none yet
         return []
-    span = f"from t = {number(float(rows['time'][0]))} to {number(float(rows['time'][-1]))}"
+    if len(rows) < 2:
+        return []
+    span = f"from t = {number(rows['time'].min())} to {number(rows['time'].max())}"
     figures = [drawing(history_panel(rows, panel), f"{panel.words} against time, {span}") for panel in PANELS]
     return [Gallery(figures)]
 
@@ -283,6 +287,7 @@ PARTS: dict[str, Callable[[Content], Iterator[Section]]] = {
     "steady": steady,
     "branch": branch,
     "stability": stability,
+    "grains": evolution,
 }
 
 
@@ -294,8 +299,3 @@ def closing(content: Content) -> list[Block]:
 def pictures(path: Path, alt: str, caption: str = "") -> list[Figure]:
     """The picture of a file, if it is there."""
     return [picture(path, alt, caption)] if path.exists() else []
-
-
-def read_history(path: Path) -> np.ndarray:
-    """The rows of a history file, a field for each column."""
-    return np.atleast_1d(np.genfromtxt(path, delimiter=",", names=True)) if path.exists() else np.empty(0)

@@ -247,6 +247,16 @@ def hysteresis(bifurcations: list[dict], folds: list[dict], parameter: str) -> l
     return found
 
 
+def scalars(summary: dict[str, Any]) -> dict[str, Any]:
+    """Numbers that describe the branches: the smallest and largest parameters at bifurcations and at folds."""
+    parameter = summary["parameter"]
+    ends: dict[str, Any] = {}
+    for what in ("bifurcation", "fold"):
+        values = [entry[parameter] for entry in summary[f"{what}s"]]
+        ends |= {f"first_{what}": min(values, default=None), f"last_{what}": max(values, default=None)}
+    return {**summary, **ends}
+
+
 def describe(deck: BranchDeck) -> list[str]:
     """Lines on what will be computed, for `check`."""
     branch = deck.branch

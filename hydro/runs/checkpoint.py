@@ -1,11 +1,18 @@
-"""Checkpoints: everything that is needed to look at a state, or to go on from it, in one HDF5 file."""
+"""Checkpoints: everything that is needed to look at a state, or to go on from it, in one HDF5 file.
+
+The first 512 bytes of the file, which HDF5 leaves to its users, hold the SHA-256 of all bytes behind them. It is
+verified before anything in the file is believed.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import io
 import math
+import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +22,15 @@ import numpy as np
 import hydro
 from hydro.errors import CheckpointError
 from hydro.mesh import Mesh
-from hydro.runs.files import replacing
+from hydro.revision import git_revision
+from hydro.runs.files import write_bytes
+from hydro.runs.observables import QUANTITIES
 from hydro.state import State
 
 FORMAT = "hydro checkpoint"
 VERSION = 2
+SEAL = 512  # bytes
+TIME = "L_x/T_*^(1/2)"
 
 # Name, long name and unit of the conserved fields, in the order of the state. In the file x varies fastest, as other
 # programs expect it of a mesh: datasets have the shape (ny, nx).
@@ -36,47 +47,92 @@ FACES = (("x_faces", "cell faces in x"), ("y_faces", "cell faces in y"))
 class Checkpoint:
     """A saved moment of a run.
 
-    conserved: (4, nx, ny). ledger: pairs (sum, compensation) by entry, and the initial energy and mass.
-    memory: what the integrator remembers. deck: resolved TOML text.
+    conserved: (4, nx, ny). deck: resolved TOML text. set_by: numbers of steps by what set them. ledger: pairs (sum,
+    compensation) by entry, and the initial energy and mass. memory: what the integrator remembers. snapshots: rows of
+    the summary so far. replaceable: names of the checkpoints that newer ones may replace.
     """
 
     mesh: Mesh
     conserved: np.ndarray
     time: float
-    steps: int
-    rejected: int
-    dt_limit: float
-    ledger: dict[str, tuple[float, float]]
-    memory: dict[str, np.ndarray]
     deck: str
+    steps: int = 0
+    rejected: int = 0
+    dt: float = 0.0
+    dt_limit: float = math.inf
+    wall_seconds: float = 0.0
+    set_by: dict[str, int] = field(default_factory=dict)
+    ledger: dict[str, tuple[float, float]] = field(default_factory=dict)
+    memory: dict[str, np.ndarray] = field(default_factory=dict)
+    snapshots: list[dict[str, Any]] = field(default_factory=list)
+    replaceable: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, state: State, deck: str) -> Checkpoint:
         """A state that no run has led to, to start from."""
-        return cls(state.mesh, state.conserved, state.time, 0, 0, math.inf, {}, {}, deck)
+        return cls(state.mesh, state.conserved, state.time, deck)
 
 
 def write_checkpoint(path: Path, saved: Checkpoint) -> None:
     """Write `saved` to `path`, whole or not at all."""
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs.update(
-            format=FORMAT, format_version=VERSION, hydro_version=hydro.__version__, deck=saved.deck,
-            time=saved.time, time_unit="L_x/T_*^(1/2)", steps=saved.steps, rejected_steps=saved.rejected,
-            dt_limit=saved.dt_limit, periodic=saved.mesh.periodic,
-        )  # fmt: skip
-        for (name, long_name, unit), field in zip(FIELDS, saved.conserved, strict=True):
-            _dataset(file, name, field.T, long_name, unit)
-        for (name, long_name), faces in zip(FACES, (saved.mesh.x_faces, saved.mesh.y_faces), strict=True):
-            _dataset(file, name, faces, long_name, "L_x")
-        file.create_group("ledger").attrs.update(saved.ledger)
-        memory = file.create_group("integrator")
-        for name, values in saved.memory.items():
-            memory.create_dataset(name, data=values)
+    image = io.BytesIO()
+    with h5py.File(image, "w", userblock_size=SEAL) as file:
+        _write(file, saved)
+    write_bytes(path, sealed(image.getvalue()))
 
 
-def _dataset(file: h5py.File, name: str, values: np.ndarray, long_name: str, unit: str) -> None:
-    dataset = file.create_dataset(name, data=values)
+def sealed(image: bytes) -> bytes:
+    """An HDF5 file with the checksum of what lies behind its first 512 bytes in them."""
+    return _seal(image) + image[SEAL:]
+
+
+def _seal(image: bytes) -> bytes:
+    digest = hashlib.sha256(memoryview(image)[SEAL:]).hexdigest()
+    return f"{FORMAT}, SHA-256 of all behind the first {SEAL} bytes:\n{digest}\n".encode().ljust(SEAL, b"\0")
+
+
+def _write(file: h5py.File, saved: Checkpoint) -> None:
+    file.attrs.update(
+        format=FORMAT, format_version=VERSION, hydro_version=hydro.__version__, deck=saved.deck,
+        time=saved.time, time_unit=TIME, steps=saved.steps, rejected_steps=saved.rejected,
+        dt=saved.dt, dt_limit=saved.dt_limit, wall_seconds=saved.wall_seconds, periodic=saved.mesh.periodic,
+    )  # fmt: skip
+    if revision := git_revision():
+        file.attrs["git_revision"] = revision
+    for (name, long_name, unit), values in zip(FIELDS, saved.conserved, strict=True):
+        _dataset(file, name, values.T, long_name, unit)
+    for (name, long_name), faces in zip(FACES, (saved.mesh.x_faces, saved.mesh.y_faces), strict=True):
+        _dataset(file, name, faces, long_name, "L_x")
+    ledger = _group(file, "ledger", "energy given and lost, and what there was at the start")
+    for name, pair in saved.ledger.items():
+        unit = "n_c L_x^2" if name.endswith("mass") else "n_c T_* L_x^2"
+        _dataset(ledger, name, pair, f"{name.replace('_', ' ')}: sum and its compensation", unit)
+    memory = _group(file, "integrator", "what the integrator remembers beside the fields, in its own order and units")
+    for name, values in saved.memory.items():
+        memory.create_dataset(name, data=values)
+    _group(file, "steps_by", "numbers of steps by what set them").attrs.update(saved.set_by)
+    snapshots = _group(file, "snapshots", "numbers that describe the states at the output times so far")
+    for name, (long_name, unit) in QUANTITIES.items():
+        if all(name in row for row in saved.snapshots):
+            _dataset(snapshots, name, [row[name] for row in saved.snapshots], long_name, unit)
+    _names(snapshots, "checkpoint", [row["checkpoint"] for row in saved.snapshots], "their files")
+    _names(file, "replaceable", saved.replaceable, "files of checkpoints that newer ones may replace")
+
+
+def _group(file: h5py.File, name: str, long_name: str) -> h5py.Group:
+    group = file.create_group(name)
+    group.attrs["long_name"] = long_name
+    return group
+
+
+def _dataset(parent: h5py.Group, name: str, values: Any, long_name: str, unit: str) -> None:
+    dataset = parent.create_dataset(name, data=np.asarray(values, float))
     dataset.attrs.update(long_name=long_name, units=unit)
+
+
+def _names(parent: h5py.Group, name: str, values: list[str], long_name: str) -> None:
+    dataset = parent.create_dataset(name, data=values, shape=(len(values),), dtype=h5py.string_dtype())
+    dataset.attrs["long_name"] = long_name
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
@@ -94,9 +150,9 @@ def read_field(path: Path, name: str) -> np.ndarray:
 def read_labels(path: Path) -> dict[str, Any]:
     """Time, steps, program version and whatever else a checkpoint says of itself, without its fields.
 
-    CheckpointError as of `read_checkpoint`.
+    CheckpointError as of `read_checkpoint`, but the checksum is not compared: that would take reading the whole file.
     """
-    with _opened(path) as file:
+    with _opened(path, verify=False) as file:
         return dict(file.attrs)
 
 
@@ -116,11 +172,19 @@ def checkpoint_times(folder: Path, known: Mapping[Path, float] | None = None) ->
     return dict(sorted(times.items(), key=lambda entry: (entry[1], entry[0]))), troubles
 
 
+def leave_out(trouble: str) -> None:
+    """Say on stderr what is left out."""
+    print(f"hydro: {trouble}; left out", file=sys.stderr)
+
+
 @contextlib.contextmanager
-def _opened(path: Path) -> Iterator[h5py.File]:
-    """The file of a checkpoint of this version; CheckpointError if it is none, or if reading it fails."""
+def _opened(path: Path, verify: bool = True) -> Iterator[h5py.File]:
+    """The file of a checkpoint of this version; CheckpointError if it is none, or if reading it fails.
+
+    verify: whether its checksum is compared, for which all of it has to be read.
+    """
     try:
-        with h5py.File(path, "r") as file:
+        with h5py.File(_verified(path) if verify else path, "r") as file:
             if file.attrs.get("format") != FORMAT:
                 raise ValueError(f"its format is not {FORMAT!r}")
             if file.attrs["format_version"] != VERSION:
@@ -132,17 +196,55 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         raise CheckpointError(f"{path}: not a readable checkpoint ({error})") from error
 
 
+def read_or_skip(path: Path) -> Checkpoint | None:
+    """The checkpoint; None, and the reason on stderr, if it cannot be read."""
+    try:
+        return read_checkpoint(path)
+    except CheckpointError as error:
+        print(f"hydro: skipped {error}", file=sys.stderr)
+        return None
+
+
+def _verified(path: Path) -> io.BytesIO:
+    """The content of a file; ValueError if it is not as it was written."""
+    content = path.read_bytes()
+    if content[:SEAL] == _seal(content):
+        return io.BytesIO(content)
+    if content.startswith(b"\x89HDF"):
+        raise ValueError("it has no checksum: another program, or an older version of this one, wrote it")
+    raise ValueError("damaged: the checksum of its content is not the one written into it")
+
+
 def _read(file: h5py.File) -> Checkpoint:
+    attributes = file.attrs
     x_faces, y_faces = (file[name][:] for name, _ in FACES)
-    periodic_x, periodic_y = (bool(side) for side in file.attrs["periodic"])
+    periodic_x, periodic_y = (bool(side) for side in attributes["periodic"])
     mesh = Mesh(x_faces, y_faces, (periodic_x, periodic_y))
     conserved = np.array([file[name][:].T for name, _, _ in FIELDS])
     if conserved.shape[1:] != mesh.cells:
         raise ValueError(f"fields of shape {conserved.shape[1:]} on a mesh of {mesh.cells} cells")
     return Checkpoint(
-        mesh, conserved, float(file.attrs["time"]), int(file.attrs["steps"]), int(file.attrs["rejected_steps"]),
-        float(file.attrs["dt_limit"]),
-        {name: (float(entry[0]), float(entry[1])) for name, entry in file["ledger"].attrs.items()},
-        {name: values[:] for name, values in file["integrator"].items()},
-        str(file.attrs["deck"]),
+        mesh, conserved, float(attributes["time"]), str(attributes["deck"]),
+        steps=int(attributes["steps"]),
+        rejected=int(attributes["rejected_steps"]),
+        dt=float(attributes["dt"]),
+        dt_limit=float(attributes["dt_limit"]),
+        wall_seconds=float(attributes["wall_seconds"]),
+        set_by={name: int(count) for name, count in file["steps_by"].attrs.items() if name != "long_name"},
+        ledger={name: (float(pair[0]), float(pair[1])) for name, pair in file["ledger"].items()},
+        memory={name: values[:] for name, values in file["integrator"].items()},
+        snapshots=_rows(file["snapshots"]),
+        replaceable=_texts(file["replaceable"]),
     )  # fmt: skip
+
+
+def _rows(group: h5py.Group) -> list[dict[str, Any]]:
+    """The snapshots, as the summary has them."""
+    columns: dict[str, list[Any]] = {name: group[name][:].tolist() for name in QUANTITIES if name in group}
+    columns["half_waves"] = [int(number) for number in columns["half_waves"]]
+    columns["checkpoint"] = _texts(group["checkpoint"])
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def _texts(dataset: h5py.Dataset) -> list[str]:
+    return dataset.asstr()[:].tolist()

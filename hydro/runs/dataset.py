@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import warnings
 from collections.abc import Callable, Sequence
@@ -19,6 +18,7 @@ from hydro.mesh import Mesh
 from hydro.registry import Registry, UnknownName
 from hydro.runs.checkpoint import FIELDS, checkpoint_times, read_field, read_labels
 from hydro.runs.folder import RunFolder
+from hydro.runs.history import read_rows
 from hydro.runs.regime import grain_diameter
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
@@ -49,8 +49,8 @@ AXES: Registry[Callable[[RunFolder, Any], Axis]] = Registry("kind of run")
 def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
     """The states of the run in the folder `path`, as an xarray Dataset that reads a field when it is needed.
 
-    Dimensions are x, y and, before them, `time` of an evolution, `state` of a steady run, `point` of a branch. Fields
-    are cell averages, the cells' widths are the coordinates dx and dy. Units are scaled; the attributes of each
+    Dimensions are x, y and, before them, `time` of an evolution or grains, `state` of a steady run, `point` of a
+    branch. Fields are cell averages, the cells' widths are the coordinates dx and dy. Units are scaled; the attributes of each
     variable hold its unit and long name. Beside the conserved fields of the checkpoints: velocity, temperature,
     pressure, sound speed, Mach number, mean free path, and the local Knudsen number l |grad n|/n, that is the mean free
     path over the length on which the density changes. The attributes of the Dataset hold the deck as TOML and the
@@ -105,15 +105,13 @@ def read_history(path: str | os.PathLike[str]) -> pd.DataFrame:
     Also while the run goes on. DeckError where there is none.
     """
     folder = RunFolder(Path(path))
-    try:
-        text = folder.history.read_text(encoding="utf-8")
-    except FileNotFoundError:
+    if not folder.history.exists():
         folder.load_deck()
-        raise DeckError(f"{path} has no {folder.history.name}", "run folder") from None
-    whole_lines = text[: text.rfind("\n") + 1]
-    if not whole_lines:
+        raise DeckError(f"{path} has no {folder.history.name}", "run folder")
+    rows = read_rows(folder.history)
+    if not rows.size:
         raise DeckError(f"{path} has no rows in {folder.history.name} yet", "run folder")
-    return pd.read_csv(io.StringIO(whole_lines), index_col="time")
+    return pd.DataFrame(rows).set_index("time")
 
 
 def _words(long_name: str, unit: str) -> dict[str, str]:
@@ -135,6 +133,7 @@ def _lazily(files: Sequence[Path], name: str, mesh: Mesh) -> da.Array:
 
 
 @AXES.register("evolution")
+@AXES.register("grains")
 def _times(folder: RunFolder, deck: Any) -> Axis:
     times, troubles = checkpoint_times(folder.checkpoints)
     for trouble in troubles:

@@ -8,8 +8,9 @@ import resource
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,56 +19,116 @@ from hydro.deck.evolution import RunDeck
 from hydro.deck.initial import CheckpointInitial
 from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator, StepRejected
-from hydro.errors import Complaint, DeckError, HydroError, RunFailed
+from hydro.errors import CheckpointError, Complaint, DeckError, HydroError, RunFailed
+from hydro.exact.evolution import source_of
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
-from hydro.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from hydro.revision import git_revision
+from hydro.runs.checkpoint import Checkpoint, read_or_skip, write_checkpoint
+from hydro.runs.files import sync
 from hydro.runs.folder import RunFolder
 from hydro.runs.frames import Frames
+from hydro.runs.history import History, read_rows
 from hydro.runs.march import Run, Tracker, march
 from hydro.runs.observables import snapshot
-from hydro.runs.trackers import AtTimes, History, ProgressBar, ProgressLines, StopOnSignal
+from hydro.runs.restart import newest_checkpoint, refuse_changes
+from hydro.runs.trackers import AtTimes, Every, ProgressBar, ProgressLines, SaveOnSignal, StopOnSignal, WallLimit
 from hydro.runs.xdmf import Series
-from hydro.setup import wall_of
+from hydro.setup import gas_of, wall_of
 from hydro.state import State
 
 MOST_PANELS = 12
+KEPT = 2  # checkpoints by wall clock or signal: one more than needed, for the newest may get damaged
 
 
 def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
-    """Run the deck in its folder; returns the summary.
+    """Run the deck in its folder, which holds no other run then; returns the summary.
 
     Nothing in the folder is touched before the initial state is there and all is compiled. A HydroError on the
     way (failure, signal) comes through after the last good state has been saved.
     """
+    return start(EVOLUTION, deck, folder, quiet)
+
+
+def resume(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
+    """Go on with the run in a folder, from its newest checkpoint, to the end that `deck` names; returns the summary.
+
+    With the same deck it ends in the same bits as if it had not been interrupted. DeckError if the deck is that of
+    another problem, CheckpointError if there are checkpoints but none can be read; else as `solve`.
+    """
+    return go_on(EVOLUTION, deck, folder, quiet)
+
+
+class Engine(NamedTuple):
+    """What a kind of run in time has of its own."""
+
+    begin: Callable[[Any, Checkpoint | None], tuple[Run, float]]  # the run, compiled, and the seconds that took
+    keeper: type[Keeper]
+    history: type[History]
+
+
+def start(engine: Engine, deck: RunDeck, folder: RunFolder, quiet: bool) -> dict[str, Any]:
+    """Run a deck from its initial state; see `solve`."""
+    refuse_own_checkpoint(deck, folder)
+    return _follow(engine, deck, folder, None, quiet)
+
+
+def go_on(engine: Engine, deck: RunDeck, folder: RunFolder, quiet: bool) -> dict[str, Any]:
+    """Run a deck from the newest checkpoint in its folder; see `resume`."""
+    saved = newest_checkpoint(folder)
+    if saved is None:
+        print("hydro: no checkpoint was saved yet: the run begins anew", file=sys.stderr)
+        return start(engine, deck, folder, quiet)
+    refuse_changes(deck, saved)
+    if deck.time.end < saved.time:
+        problem = f"{deck.time.end:g} lies before the newest checkpoint, t = {saved.time:.6g}"
+        raise DeckError([Complaint("time.end", problem)], "restart")
+    if deck.time.end == saved.time and (summary := folder.read_summary()).get("completed"):
+        print(f"hydro: complete at t = {saved.time:.6g}; a larger time.end takes it further", file=sys.stderr)
+        return summary
+    return _follow(engine, deck, folder, saved, quiet)
+
+
+def _follow(engine: Engine, deck: RunDeck, folder: RunFolder, saved: Checkpoint | None, quiet: bool) -> dict[str, Any]:
+    """The run from its initial state, or from a checkpoint of it, to its end."""
     with contextlib.ExitStack() as stack:
-        stop = stack.enter_context(StopOnSignal())
-        refuse_own_checkpoint(deck, folder)
-        state, wall = initial_state(deck), wall_of(deck)
-        integrator = integrator_of(deck, state)
-        compile_seconds = warm_up(integrator, state)
-        folder.prepare(dumps(deck))
-        run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
-        keeper = Keeper(deck, folder, wall, state.mesh)
+        stop, limit = stack.enter_context(StopOnSignal()), WallLimit(deck.time.wall_limit)
+        run, compile_seconds = engine.begin(deck, saved)
+        wall, began = wall_of(deck), run.state.time
+        folder.prepare(dumps(deck), keep=saved is not None)
+        keeper = engine.keeper(deck, folder, wall, run.state.mesh, saved)
         trackers: list[Tracker] = [
-            AtTimes(keeper.snapshot, deck.output_times),
-            AtTimes(keeper.checkpoint, every=deck.output.checkpoint_every),
-            History(folder.history, wall, deck.history_interval),
+            AtTimes(keeper.snapshot, deck.output_times, done=keeper.last_snapshot),
+            AtTimes(keeper.cadence, every=deck.output.checkpoint_every),
+            engine.history(folder.history, wall, deck.history_interval, began),
+            Every(keeper.safety, deck.output.checkpoint_seconds),
+            stack.enter_context(SaveOnSignal(keeper.safety)),
             stop,
+            limit,
         ]
         if deck.output.movie:
-            trackers.append(Frames(folder.frames, deck.movie_interval, state.time))
+            trackers.append(Frames(folder.frames, deck.movie_interval, began))
         if not quiet:
             trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
         try:
             march(run, trackers)
-        except HydroError as error:
-            keeper.finish(run, compile_seconds, completed=False)
-            raise type(error)(f"{error}\nthe last good state is saved in {keeper.latest}") from error
-        summary = keeper.finish(run, compile_seconds, completed=True)
+            summary = keeper.finish(run, compile_seconds, completed=True)
+        except (HydroError, OSError) as error:
+            raise keeper.rescue(run, compile_seconds, error) from error
     if deck.output.movie:
         close_with_movie(deck, folder, quiet)
     return summary
+
+
+def begin(deck: EvolutionDeck, saved: Checkpoint | None) -> tuple[Run, float]:
+    """The gas in its initial state or in that of a checkpoint, its kernels compiled, and the seconds that took."""
+    state = state_of(deck, saved)
+    integrator = integrator_of(deck, state)
+    compile_seconds = warm_up(integrator, state)
+    run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
+    if saved is not None:
+        restore(run, saved)
+    return run, compile_seconds
 
 
 def close_with_movie(deck: RunDeck, folder: RunFolder, quiet: bool) -> None:
@@ -78,6 +139,19 @@ def close_with_movie(deck: RunDeck, folder: RunFolder, quiet: bool) -> None:
         make_movie(deck, folder, quiet)
     except (HydroError, OSError) as error:
         raise RunFailed(f"the run is complete and saved in {folder.path}, but not its movie: {error}") from error
+
+
+def state_of(deck: Any, saved: Checkpoint | None) -> State:
+    """The initial state, or that of a checkpoint."""
+    return initial_state(deck) if saved is None else State(gas_of(deck), saved.mesh, saved.conserved, saved.time)
+
+
+def restore(run: Run, saved: Checkpoint) -> None:
+    """Take back books and memory from a checkpoint; CheckpointError if they are not those of this run."""
+    try:
+        run.restore(saved)
+    except (KeyError, ValueError) as error:
+        raise CheckpointError(f"the checkpoint at t = {saved.time:.6g} does not fit its deck ({error})") from error
 
 
 def closing(summary: dict[str, Any]) -> list[str]:
@@ -95,7 +169,22 @@ def closing(summary: dict[str, Any]) -> list[str]:
     ]
 
 
-def refuse_own_checkpoint(deck: EvolutionDeck, folder: RunFolder) -> None:
+def scalars(summary: dict[str, Any]) -> dict[str, Any]:
+    """Numbers that describe the run: those of its last snapshot among them."""
+    seen = summary["snapshots"]
+    return {**summary, **(seen[-1] if seen else {}), "drift": drift(seen)}
+
+
+def drift(snapshots: list[dict[str, Any]]) -> float | None:
+    """How fast the wall densities still change: the largest of |d log n/dt| between the last two snapshots."""
+    if len(snapshots) < 2:
+        return None
+    before, after = snapshots[-2:]
+    changes = [abs(math.log(after[key] / before[key])) for key in ("wall_max", "wall_min")]
+    return max(changes) / (after["time"] - before["time"])
+
+
+def refuse_own_checkpoint(deck: RunDeck, folder: RunFolder) -> None:
     """DeckError if the run would replace the checkpoint that it starts from."""
     initial = deck.initial
     if isinstance(initial, CheckpointInitial) and Path(initial.path).resolve().is_relative_to(folder.path.resolve()):
@@ -116,8 +205,10 @@ OPTIONS: dict[str, Callable[[EvolutionDeck], dict[str, Any]]] = {
 
 def integrator_of(deck: EvolutionDeck, state: State) -> Integrator:
     """The deck's integrator, ready for `state`."""
-    name = deck.time.integrator
-    return INTEGRATORS[name](state.gas, wall_of(deck), state.mesh, tau=deck.gas.tau, **OPTIONS[name](deck))
+    name, source = deck.time.integrator, source_of(deck)
+    return INTEGRATORS[name](
+        state.gas, wall_of(deck), state.mesh, tau=deck.gas.tau, source=source, **OPTIONS[name](deck)
+    )  # fmt: skip
 
 
 def warm_up(integrator: Integrator, state: State) -> float:
@@ -137,47 +228,80 @@ def progress(title: str, end: float) -> ProgressBar | ProgressLines:
 class Keeper:
     """Keeps what a run leaves behind: snapshots, checkpoints, pictures and the summary."""
 
-    def __init__(self, deck: EvolutionDeck, folder: RunFolder, wall: Any, mesh: Mesh):
+    def __init__(self, deck: Any, folder: RunFolder, wall: Any, mesh: Mesh, saved: Checkpoint | None = None):
         self.deck, self.folder, self.wall = deck, folder, wall
-        self.snapshots: list[dict[str, float]] = []
-        self._files: list[Path] = []  # of the snapshots
+        self.snapshots = [] if saved is None else list(saved.snapshots)
+        self._replaceable = [] if saved is None else list(saved.replaceable)
         self._series = Series(folder.series, folder.checkpoints, mesh)
-        self.latest = Path()
-        self._saved_at = -math.inf
-        self._count = 0
+        git_revision()  # of the source that runs, whatever happens to it from now on
+
+    @property
+    def last_snapshot(self) -> float:
+        """When the last snapshot was taken; minus infinity before the first."""
+        return self.snapshots[-1]["time"] if self.snapshots else -math.inf
 
     def snapshot(self, run: Run) -> None:
-        """Note the observables, save a checkpoint and draw the density."""
-        self.snapshots.append(snapshot(run.state, self.wall))
-        self.checkpoint(run)
-        self._files.append(self.latest)
-        self._draw_density([run.state], self.snapshots[-1:], f"density_{self._count:04d}")
+        """Note the observables, draw the density, and save a checkpoint to keep."""
+        self.note(run, snapshot(run.state, self.wall), run.state)
 
-    def checkpoint(self, run: Run) -> None:
-        """Save the state, once for each time."""
-        if self._saved_at == run.state.time:
+    def note(self, run: Run, observed: dict[str, Any], shown: State) -> None:
+        """Note what was observed of a run, draw the density that is to be shown, and save a checkpoint to keep."""
+        row: dict[str, Any] = {**observed, "checkpoint": self._path(run).name}
+        self.snapshots.append(row)
+        if self.deck.output.pictures:
+            self._draw_density([shown], [row], f"density_{len(self.snapshots):04d}")
+        self._save(run, replaceable=False)
+
+    def cadence(self, run: Run) -> None:
+        """Save a checkpoint, to keep unless the deck wants only so many."""
+        self._save(run, replaceable=self.deck.output.keep is not None)
+
+    def safety(self, run: Run) -> None:
+        """Save a checkpoint that newer ones will replace."""
+        self._save(run, replaceable=True)
+
+    def _save(self, run: Run, replaceable: bool) -> None:
+        """Save the state, once for each step, and remove what it replaces."""
+        path = self._path(run)
+        if path.exists():
             return
-        self._count += 1
-        self._saved_at = run.state.time
-        state = run.state
-        saved = Checkpoint(
-            state.mesh, state.conserved, state.time, run.steps, run.rejected, run.dt_limit,
-            run.ledger.entries(), run.integrator.memory(), dumps(self.deck),
-        )  # fmt: skip
-        self.latest = self.folder.checkpoints / f"{self._count:04d}_t{state.time:g}.h5"
-        write_checkpoint(self.latest, saved)
+        if self.folder.history.exists():
+            sync(self.folder.history)  # rows up to a checkpoint shall not be lost where it is not
+        names = [*self._replaceable, path.name] if replaceable else self._replaceable
+        kept = names[-(self.deck.output.keep or KEPT) :]
+        saved = run.checkpoint(dumps(self.deck))
+        write_checkpoint(path, replace(saved, snapshots=self.snapshots, replaceable=kept))
+        for name in names[: -len(kept)]:
+            (self.folder.checkpoints / name).unlink(missing_ok=True)
+        self._replaceable = kept
         self._series.update()
+
+    def _path(self, run: Run) -> Path:
+        return self.folder.checkpoints / f"{run.steps:08d}_t{run.state.time:g}.h5"
 
     def finish(self, run: Run, compile_seconds: float, completed: bool) -> dict[str, Any]:
         """Save the last state, draw the pictures of the whole run, write the summary and return it."""
         seconds = run.wall_seconds
-        self.checkpoint(run)
-        if self.snapshots:
+        self._save(run, replaceable=not completed)
+        if self.deck.output.pictures:
             self._draw_snapshots(run.state)
-        self._draw_history()
+            self._draw_history()
         summary = {**self._summary(run, seconds, completed), "compile_seconds": compile_seconds}
         self.folder.write_summary(summary)
         return summary
+
+    def rescue(self, run: Run, compile_seconds: float, error: HydroError | OSError) -> HydroError:
+        """Save what can be saved of a run that cannot go on; returns the error to raise, which says where it is."""
+        kind = type(error) if isinstance(error, HydroError) else RunFailed
+        lines = [str(error)]
+        try:
+            self.finish(run, compile_seconds, completed=False)
+        except OSError as worse:
+            lines.append(f"not all could be saved: {worse}")
+        if saved := self.folder.saved():
+            lines.append(f"the last good state is saved in {saved[-1]}")
+            lines.append(f"to go on from it: python -m hydro restart {self.folder.path}")
+        return kind("\n".join(lines))
 
     def _summary(self, run: Run, seconds: float, completed: bool) -> dict[str, Any]:
         state = run.state
@@ -190,6 +314,7 @@ class Keeper:
             "time": state.time,
             "steps": run.steps,
             "rejected_steps": run.rejected,
+            "steps_by": run.set_by,
             "wall_seconds": seconds,
             "cell_updates_per_second": run.steps * state.density.size / seconds,
             "peak_memory_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
@@ -200,15 +325,22 @@ class Keeper:
 
     def _draw_snapshots(self, like: State) -> None:
         """Density maps and profiles of the snapshots, or of as many of them as fit into one picture."""
-        from hydro.pictures.profiles import profiles  # matplotlib is slow to import
+        if not self.snapshots:
+            return
+        which = np.unique(np.linspace(0, len(self.snapshots) - 1, MOST_PANELS).astype(int)).tolist()
+        rows = [self.snapshots[k] for k in which]
+        saved = [read_or_skip(self.folder.checkpoints / row["checkpoint"]) for row in rows]
+        states = [self.shown(like, moment) for moment in saved if moment is not None]
+        if states:
+            there = [row for row, moment in zip(rows, saved, strict=True) if moment is not None]
+            self._draw_density(states, there, "density")
+            self._draw_profiles(states)
 
-        which = np.unique(np.linspace(0, len(self._files) - 1, MOST_PANELS).astype(int)).tolist()
-        saved = [read_checkpoint(self._files[k]) for k in which]
-        states = [State(like.gas, like.mesh, moment.conserved, moment.time) for moment in saved]
-        self._draw_density(states, [self.snapshots[k] for k in which], "density")
-        profiles(self.folder.pictures / "profiles.png", states)
+    def shown(self, like: State, saved: Checkpoint) -> State:
+        """What pictures show of a checkpoint; its gas and mesh are those of `like`."""
+        return State(like.gas, like.mesh, saved.conserved, saved.time)
 
-    def _draw_density(self, states: list[State], snapshots: list[dict[str, float]], name: str) -> None:
+    def _draw_density(self, states: list[State], snapshots: list[dict[str, Any]], name: str) -> None:
         from hydro.pictures.density import Map, density_panels
 
         maps = [
@@ -217,9 +349,17 @@ class Keeper:
         ]
         density_panels(self.folder.pictures / f"{name}.png", maps)
 
+    def _draw_profiles(self, states: list[State]) -> None:
+        from hydro.pictures.profiles import profiles  # matplotlib is slow to import
+
+        profiles(self.folder.pictures / "profiles.png", states)
+
     def _draw_history(self) -> None:
         from hydro.pictures.history import history_curves
 
-        rows = np.genfromtxt(self.folder.history, delimiter=",", names=True)
+        rows = read_rows(self.folder.history)
         if rows.size > 1:
             history_curves(self.folder.pictures / "history.png", rows)
+
+
+EVOLUTION = Engine(begin, Keeper, History)

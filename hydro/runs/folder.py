@@ -2,33 +2,40 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
-from collections.abc import Iterable
+import shutil
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from hydro.deck import Deck, load
 from hydro.errors import DeckError
-from hydro.runs.files import write_text
+from hydro.runs.files import partial, write_text
+from hydro.runs.lock import locked
 
 OWN_FILES = (
-    "deck.toml", "summary.json", "history.csv", "points.csv", "checkpoints.xdmf", "movie.mp4", "movie.gif",
-    "report.html",
+    "deck.toml", "summary.json", "history.csv", "points.csv", "table.csv", "table.parquet", "checkpoints.xdmf",
+    "movie.mp4", "movie.gif", "report.html",
 )  # fmt: skip
-OWN_FOLDERS = ("checkpoints", "frames", "pictures")
+OWN_FOLDERS = ("checkpoints", "frames", "members", "pictures", "compare")
+DAMAGED = ".damaged"  # follows the names of checkpoints that could not be read
 
 
 class RunFolder:
     """Paths in a run's folder.
 
-    deck.toml (resolved), summary.json, checkpoints/, pictures/; of an evolution history.csv, checkpoints.xdmf and,
-    where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch.
+    deck.toml (resolved), summary.json, checkpoints/, pictures/; of an evolution or grains history.csv,
+    checkpoints.xdmf and, where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch; of a study members/ (folders of
+    runs), table.csv and table.parquet.
+    .lock is held while a process works here.
     """
 
     def __init__(self, path: Path):
         self.path = path
+        self.lock = path / ".lock"
         self.deck = path / "deck.toml"
         self.summary = path / "summary.json"
         self.history = path / "history.csv"
@@ -41,6 +48,9 @@ class RunFolder:
         self.pictures = path / "pictures"
         self.comparison = path / "compare"
         self.report = path / "report.html"
+        self.members = path / "members"
+        self.table = path / "table.csv"
+        self.anew = False  # whether what is there is to be replaced, and nothing of it used
 
     def load_deck(self, overrides: Iterable[str] = ()) -> Deck:
         """The deck of the run that the folder holds, changed by overrides; DeckError if it holds none."""
@@ -48,41 +58,97 @@ class RunFolder:
             raise DeckError(f"{self.path} is no folder of a run: it has no {self.deck.name}", "run folder")
         return load(self.deck, overrides)
 
-    def check(self, overwrite: bool) -> None:
-        """DeckError if the folder holds a run that is not to be replaced, or files that no run made, or cannot be made.
+    def holds(self, deck: str) -> bool:
+        """Whether the run in this folder, finished or not, is that of a resolved deck."""
+        return self.deck.exists() and self.deck.read_text(encoding="utf-8") == deck
 
-        So hours of work do not end there.
+    def member(self, number: int) -> RunFolder:
+        """The folder of a run that a study is made of."""
+        return RunFolder(self.members / f"{number:04d}")
+
+    @contextlib.contextmanager
+    def held(self) -> Iterator[None]:
+        """Make the folder and keep other processes from working in it.
+
+        DeckError if another process works there, or the folder cannot be made or written: hours of work shall not end
+        there.
         """
-        if self.deck.exists():
-            if not overwrite:
-                raise DeckError(f"{self.path} holds a run already; --overwrite replaces it", "output folder")
-        elif taken := [name for name in (*OWN_FILES, *OWN_FOLDERS) if (self.path / name).exists()]:
-            raise DeckError(f"{self.path} is no folder of a run, but has {', '.join(taken)}", "output folder")
         place = next(place for place in (self.path, *self.path.absolute().parents) if place.exists())
         if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
             raise DeckError(f"{self.path} cannot be written: {place} is no folder to write into", "output folder")
+        made = not self.path.exists()
+        with contextlib.ExitStack() as stack:
+            try:
+                self.path.mkdir(parents=True, exist_ok=True)
+                stack.enter_context(locked(self.lock))
+            except OSError as error:
+                raise DeckError(f"{self.path} cannot be written: {error.strerror}", "output folder") from error
+            try:
+                yield
+            finally:
+                self._leave(made)
 
-    def prepare(self, deck: str) -> None:
+    def _leave(self, made: bool) -> None:
+        """Remove the lock's file where no run has begun, and the folder if it was made for one."""
+        if not self.deck.exists():
+            self.lock.unlink(missing_ok=True)
+            if made and not any(self.path.iterdir()):
+                self.path.rmdir()
+
+    def check(self, overwrite: bool, resumable: str | None = None) -> None:
+        """DeckError if the folder holds a run that is not to be replaced, or files that no run made.
+
+        resumable: a deck whose run may go on where it was left.
+        """
+        self.anew = overwrite
+        if self.deck.exists():
+            if not overwrite and not (resumable and self.holds(resumable)):
+                raise DeckError(f"{self.path} holds a run already; --overwrite replaces it", "output folder")
+        elif taken := [name for name in (*OWN_FILES, *OWN_FOLDERS) if (self.path / name).exists()]:
+            raise DeckError(f"{self.path} is no folder of a run, but has {', '.join(taken)}", "output folder")
+
+    def prepare(self, deck: str, keep: bool = False) -> None:
         """Make the folder, without the files of the run it may hold, and write the resolved deck into it.
 
-        DeckError when that cannot be done.
+        With `keep` those files stay, but for the summary, which is no longer true. DeckError when that cannot be done.
         """
         try:
-            self._clear()
+            self.path.mkdir(parents=True, exist_ok=True)
+            for path in [self.summary] if keep else self._made():
+                path.unlink(missing_ok=True)
+            write_text(self.deck, deck)  # before anything else is there: what lies beside a deck is known to be a run's
             for folder in (self.path, self.checkpoints, self.pictures):
-                folder.mkdir(parents=True, exist_ok=True)
-            write_text(self.deck, deck)
+                folder.mkdir(exist_ok=True)
+            for folder in (self.path, self.checkpoints, self.pictures, self.frames):
+                for path in partial(folder):
+                    path.unlink()
         except OSError as error:
             raise DeckError(f"{self.path} cannot be written: {error.strerror}", "output folder") from error
 
-    def _clear(self) -> None:
-        """Remove what an earlier run left, and nothing else."""
-        made = [self.path / name for name in OWN_FILES]
-        made += [*self.checkpoints.glob("*.h5"), *self.frames.glob("*.h5")]
-        made += [*self.pictures.glob("*.png"), *self.pictures.glob("*.pdf")]
-        made += [*self.comparison.glob("*.png"), *self.comparison.glob("*.json")]
-        for path in made:
-            path.unlink(missing_ok=True)
+    def resume(self, deck: str) -> None:
+        """As `prepare`; but where this very study was begun, its members are kept."""
+        if self.anew or not self.holds(deck):
+            shutil.rmtree(self.members, ignore_errors=True)
+        self.prepare(deck)
+        self.members.mkdir(exist_ok=True)
+
+    def _made(self) -> list[Path]:
+        """All that a run leaves, but for its deck."""
+        made = [self.path / name for name in OWN_FILES if name != self.deck.name]
+        made += [*self.checkpoints.glob(f"*.h5{DAMAGED}"), *self.checkpoints.glob("*.h5")]
+        made += [*self.frames.glob("*.h5"), *self.pictures.glob("*.png"), *self.pictures.glob("*.pdf")]
+        return [*made, *self.comparison.glob("*.png"), *self.comparison.glob("*.json")]
+
+    def saved(self) -> list[Path]:
+        """The checkpoints, by name; those of an evolution or grains are then in the order of time."""
+        return sorted(self.checkpoints.glob("[!.]*.h5"))
+
+    def read_summary(self) -> dict[str, Any]:
+        """What summary.json says; nothing where there is none, or none that can be read."""
+        try:
+            return json.loads(self.summary.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write summary.json; numbers that JSON does not know become null."""

@@ -6,7 +6,6 @@ the scatter within it gives (jackknife over blocks).
 
 from __future__ import annotations
 
-import contextlib
 import math
 import resource
 import time
@@ -15,20 +14,26 @@ from typing import Any
 
 import numpy as np
 
-from hydro.deck import GrainsDeck, dumps
-from hydro.errors import HydroError
+from hydro.deck import GrainsDeck
 from hydro.grains import events, theory
-from hydro.grains.fields import density_scale, temperature
-from hydro.grains.integrator import GrainsIntegrator, Sample, dynamics_of, wall_kind, wall_speed
+from hydro.grains.fields import density_scale, fields, temperature
+from hydro.grains.integrator import (
+    GrainsIntegrator,
+    Sample,
+    dynamics_again,
+    dynamics_of,
+    wall_kind,
+    wall_speed,
+)
 from hydro.grains.placement import number_of_grains
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
-from hydro.runs.evolution import MOST_PANELS, Keeper, close_with_movie, progress
+from hydro.runs.checkpoint import Checkpoint
+from hydro.runs.evolution import Engine, Keeper, go_on, restore, start, state_of
 from hydro.runs.folder import RunFolder
-from hydro.runs.frames import Frames
-from hydro.runs.march import Run, Tracker, march
-from hydro.runs.observables import wall_extremes
-from hydro.runs.trackers import AtTimes, History, StopOnSignal
+from hydro.runs.history import History
+from hydro.runs.march import Run
+from hydro.runs.observables import half_waves, wall_extremes, wall_profile
 from hydro.state import State
 
 BLOCKS = 8
@@ -38,40 +43,28 @@ ERRORS = ("wall_max", "wall_min", "gas_density", "thermal_energy")  # whose erro
 
 def solve(deck: GrainsDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
     """Run the deck in its folder; returns the summary. Errors come through as for an evolution."""
-    with contextlib.ExitStack() as stack:
-        stop = stack.enter_context(StopOnSignal())
-        state = initial_state(deck)  # type: ignore[arg-type]
-        integrator = GrainsIntegrator(dynamics_of(deck, state), state, deck.window)
-        compile_seconds = warm_up(integrator)
-        folder.prepare(dumps(deck))
-        run = Run(state, integrator, deck.time.end)
-        keeper = GrainsKeeper(deck, folder, None, state.mesh)  # type: ignore[arg-type]
-        trackers: list[Tracker] = [
-            AtTimes(keeper.snapshot, deck.output_times),
-            AtTimes(keeper.checkpoint, every=deck.output.checkpoint_every),
-            GrainsHistory(folder.history, None, deck.history_interval),
-            stop,
-        ]
-        if deck.output.movie:
-            trackers.append(Frames(folder.frames, deck.movie_interval, state.time))
-        if not quiet:
-            trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
-        try:
-            march(run, trackers)
-        except HydroError as error:
-            keeper.finish(run, compile_seconds, completed=False)
-            raise type(error)(f"{error}\nthe last good state is saved in {keeper.latest}") from error
-        summary = keeper.finish(run, compile_seconds, completed=True)
-    if deck.output.movie:
-        close_with_movie(deck, folder, quiet)
-    return summary
+    return start(GRAINS, deck, folder, quiet)
 
 
-def warm_up(integrator: GrainsIntegrator) -> float:
-    """Compile, or load, all kernels by an advance over no time; returns the seconds that took."""
-    started = time.perf_counter()
-    integrator.grains.advance(0.0)
-    return time.perf_counter() - started
+def resume(deck: GrainsDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
+    """Go on with the run in a folder; all is as for an evolution, the bits at the end too."""
+    return go_on(GRAINS, deck, folder, quiet)
+
+
+def begin(deck: GrainsDeck, saved: Checkpoint | None) -> tuple[Run, float]:
+    """The grains where the deck puts them or a checkpoint has them, all compiled, and the seconds that took."""
+    started, state = time.perf_counter(), state_of(deck, saved)
+    if saved is None:
+        grains = dynamics_of(deck, state)
+        state.conserved[:] = fields(grains, state.mesh)
+    else:
+        grains = dynamics_again(deck, saved.memory)
+    grains.advance(grains.time)
+    compile_seconds = time.perf_counter() - started
+    run = Run(state, GrainsIntegrator(grains, deck.window), deck.time.end, set_by={"look": 0, "output": 0})
+    if saved is not None:
+        restore(run, saved)
+    return run, compile_seconds
 
 
 def looks(run: Run) -> Sequence[Sample]:
@@ -87,7 +80,7 @@ def mean_fields(samples: Sequence[Sample]) -> np.ndarray:
 
 def measures(conserved: np.ndarray, mesh: Mesh) -> dict[str, float]:
     """Wall densities, the mean density in the last cells before x = 1, and the energy of random motion."""
-    low, high = wall_extremes(conserved[0], mesh)
+    low, high = wall_extremes(conserved[0], mesh) if conserved[0, 0].any() else (0.0, 0.0)
     thermal = mesh.integral(conserved[0] * temperature(conserved))
     gas = float(conserved[0, -1] @ mesh.dy) / mesh.aspect_ratio
     return {"wall_max": high, "wall_min": low, "gas_density": gas, "thermal_energy": thermal}
@@ -120,19 +113,20 @@ def observed(run: Run) -> dict[str, float]:
     """What summary and history say of a moment: averages over the window before it."""
     samples, state, integrator = looks(run), run.state, run.integrator
     assert isinstance(integrator, GrainsIntegrator)
-    fields = mean_fields(samples)
-    counts = fields[0] * state.mesh.areas * density_scale(integrator.grains.arena.diameter) * len(samples)
-    n = np.where(fields[0] > 0.0, fields[0], math.inf)
-    speed = np.hypot(fields[1], fields[2]) / n
+    mean = mean_fields(samples)
+    counts = mean[0] * state.mesh.areas * density_scale(integrator.grains.arena.diameter) * len(samples)
+    n = np.where(mean[0] > 0.0, mean[0], math.inf)
+    speed = np.hypot(mean[1], mean[2]) / n
     with np.errstate(all="ignore"):
-        mach = speed / state.gas.sound_speed(fields[0], temperature(fields))
+        mach = speed / state.gas.sound_speed(mean[0], temperature(mean))
     return {
         "time": state.time,
         **measured(run),
+        "half_waves": half_waves(wall_profile(mean[0], state.mesh), state.mesh),
         "mean_pressure": mean_pressure(run),
         "max_speed": float(speed.max()),
         "max_mach": float(np.max(mach, initial=0.0, where=counts > ENOUGH)),
-        "contrast": float(fields[0].max() / max(fields[0, -1].min(), np.finfo(float).tiny)),
+        "contrast": float(mean[0].max() / (mean[0, -1].min() or math.nan)),
     }
 
 
@@ -140,26 +134,28 @@ class GrainsHistory(History):
     """A history of averages over the window."""
 
     def _row(self, run: Run) -> dict[str, float]:
-        state, fields = run.state, mean_fields(looks(run))
-        moving = 0.5 * (fields[1] ** 2 + fields[2] ** 2) / np.where(fields[0] > 0.0, fields[0], math.inf)
+        state, mean = run.state, mean_fields(looks(run))
+        moving = 0.5 * (mean[1] ** 2 + mean[2] ** 2) / np.where(mean[0] > 0.0, mean[0], math.inf)
         rows = {"mass": state.mass, "kinetic_energy": state.mesh.integral(moving)}
         return {**observed(run), **rows, **run.ledger.balance(state.energy)}
 
 
 class GrainsKeeper(Keeper):
-    """Keeps snapshots of averages, checkpoints of grains, and the summary."""
+    """Keeps snapshots of averages, checkpoints with all grains and the looks at them, and the summary."""
 
     def snapshot(self, run: Run) -> None:
-        """Note the averages, save a checkpoint and draw the density."""
-        self.snapshots.append(observed(run))
-        self.checkpoint(run)
-        state = State(run.state.gas, run.state.mesh, mean_fields(looks(run)), run.state.time)
-        self._drawn = [*getattr(self, "_drawn", []), state]
-        self._draw_density([state], self.snapshots[-1:], f"density_{self._count:04d}")
+        """Note the averages, draw their density, and save a checkpoint to keep."""
+        state = run.state
+        self.note(run, observed(run), State(state.gas, state.mesh, mean_fields(looks(run)), state.time))
 
-    def _draw_snapshots(self, like: State) -> None:
-        which = np.unique(np.linspace(0, len(self._drawn) - 1, MOST_PANELS).astype(int)).tolist()
-        self._draw_density([self._drawn[k] for k in which], [self.snapshots[k] for k in which], "density")
+    def shown(self, like: State, saved: Checkpoint) -> State:
+        """The average over the window before a checkpoint."""
+        seen = saved.memory["look_fields"]
+        conserved = seen.mean(axis=0) if len(seen) else saved.conserved
+        return State(like.gas, like.mesh, conserved, saved.time)
+
+    def _draw_profiles(self, states: list[State]) -> None:
+        """None: cells without grains have no temperature."""
 
     def _summary(self, run: Run, seconds: float, completed: bool) -> dict[str, Any]:
         integrator: Any = run.integrator
@@ -214,8 +210,8 @@ def describe(deck: GrainsDeck) -> list[str]:
 def closing(summary: dict[str, Any]) -> list[str]:
     """The snapshots, and how the run went."""
     rows = [
-        f"t={row['time']:<8g} wall max {row['wall_max']:.4f} ± {row['wall_max_error']:.4f}  "
-        f"min {row['wall_min']:.4f} ± {row['wall_min_error']:.4f}  gas {row['gas_density']:.5f}"
+        f"t={row['time']:<8g} wall max {with_error(row, 'wall_max')}  min {with_error(row, 'wall_min')}  "
+        f"gas {with_error(row, 'gas_density')}"
         for row in summary["snapshots"]
     ]
     return [
@@ -223,3 +219,17 @@ def closing(summary: dict[str, Any]) -> list[str]:
         f"{summary['grains']} grains, {summary['collisions']} collisions in {summary['wall_seconds']:.1f} s: "
         f"{summary['collisions_per_second']:.3g} a second; energy residual {summary['energy_ledger']['residual']:.1e}",
     ]
+
+
+def with_error(row: dict[str, Any], key: str) -> str:
+    """A number of a snapshot and its standard error, which summary.json has as null where it is not known."""
+    error = row[f"{key}_error"]
+    return f"{row[key]:.4f} ± {math.nan if error is None else error:.4f}"
+
+
+def scalars(summary: dict[str, Any]) -> dict[str, Any]:
+    """Numbers that describe the run: those of its last snapshot among them."""
+    return {**summary, **(summary["snapshots"] or [{}])[-1]}
+
+
+GRAINS = Engine(begin, GrainsKeeper, GrainsHistory)

@@ -36,6 +36,13 @@ class Ledger:
     def __post_init__(self) -> None:
         self.sums = {name: CompensatedSum() for name in Exchange._fields}
 
+    @classmethod
+    def of(cls, entries: dict[str, tuple[float, float]]) -> Ledger:
+        """The books whose `entries` these are; KeyError if one is missing."""
+        books = cls(entries["initial_energy"][0], entries["initial_mass"][0])
+        books.sums = {name: CompensatedSum(*entries[name]) for name in books.sums}
+        return books
+
     def book(self, exchange: Exchange) -> None:
         """Enter one step."""
         for name, amount in zip(exchange._fields, exchange, strict=True):

@@ -8,12 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from hydro.dynamics.integrator import Integrator, StepRejected
+from hydro.dynamics.integrator import STEP_LIMITS, Integrator, StepRejected
 from hydro.errors import RunFailed
+from hydro.runs.checkpoint import Checkpoint
 from hydro.runs.ledger import Ledger
 from hydro.state import State
 
 HALVINGS = 12  # of a rejected step, before the run gives up
+SET_BY = (*STEP_LIMITS, "dt_max", "rejection", "output")  # what sets a step; output: a time that it must end at
 
 
 @dataclass
@@ -28,15 +30,39 @@ class Run:
     rejected: int = 0
     dt: float = 0.0
     dt_limit: float = math.inf  # after a rejection; doubles with each accepted step
+    set_by: dict[str, int] = field(default_factory=lambda: dict.fromkeys(SET_BY, 0))  # numbers of steps
     ledger: Ledger = field(init=False)
     started: float = field(default_factory=time.perf_counter)
+    seconds_before: float = 0.0  # that the run took until it was interrupted
 
     def __post_init__(self) -> None:
         self.ledger = Ledger(self.state.energy, self.state.mass)
 
     @property
     def wall_seconds(self) -> float:
-        return time.perf_counter() - self.started
+        return self.seconds_before + time.perf_counter() - self.started
+
+    def checkpoint(self, deck: str) -> Checkpoint:
+        """All that `restore` needs to go on from here with the same bits."""
+        return Checkpoint(
+            self.state.mesh, self.state.conserved, self.state.time, deck,
+            steps=self.steps,
+            rejected=self.rejected,
+            dt=self.dt,
+            dt_limit=self.dt_limit,
+            wall_seconds=self.wall_seconds,
+            set_by=self.set_by,
+            ledger=self.ledger.entries(),
+            memory=self.integrator.memory(),
+        )  # fmt: skip
+
+    def restore(self, saved: Checkpoint) -> None:
+        """Take back books and memory of a run whose state is there already."""
+        self.steps, self.rejected, self.dt, self.dt_limit = saved.steps, saved.rejected, saved.dt, saved.dt_limit
+        self.set_by.update(saved.set_by)
+        self.seconds_before = saved.wall_seconds
+        self.ledger = Ledger.of(saved.ledger)
+        self.integrator.remember(saved.memory)
 
 
 class Tracker(Protocol):
@@ -62,8 +88,10 @@ def march(run: Run, trackers: Sequence[Tracker]) -> None:
 
 def advance(run: Run, stop: float) -> None:
     """One accepted step, not beyond `stop`; a rejected one is tried again with half the step."""
-    largest = min(run.integrator.largest_step(run.state), run.dt_max, run.dt_limit)
-    dt = choose_step(largest, stop - run.state.time)
+    limits = {**run.integrator.limits(run.state), "dt_max": run.dt_max, "rejection": run.dt_limit}
+    set_by = min(limits, key=limits.__getitem__)
+    dt = choose_step(limits[set_by], stop - run.state.time)
+    set_by = set_by if dt == limits[set_by] else "output"
     reason = "the sound speed is infinite"
     for _ in range(HALVINGS):
         if not dt > 0.0 or run.state.time + dt == run.state.time:
@@ -73,10 +101,11 @@ def advance(run: Run, stop: float) -> None:
             exchange = run.integrator.step(run.state, dt)
         except StepRejected as rejection:
             run.rejected, dt, reason = run.rejected + 1, 0.5 * dt, str(rejection)
-            run.dt_limit = dt
+            run.dt_limit, set_by = dt, "rejection"
             continue
         run.state.time = stop if lands else run.state.time
         run.ledger.book(exchange)
+        run.set_by[set_by] += 1
         run.steps, run.dt, run.dt_limit = run.steps + 1, dt, 2.0 * run.dt_limit
         return
     raise RunFailed(f"no step is possible at t = {run.state.time:.6g}, down to dt = {dt:.3g}: {reason}")

@@ -6,7 +6,6 @@ Simulated time passes evenly: each moment is shown for as long as it was the lat
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
@@ -20,7 +19,7 @@ from hydro.errors import CheckpointError, DeckError
 from hydro.mesh import Mesh
 from hydro.pictures.moving import MovingPicture, ends
 from hydro.pictures.video import gif, mp4
-from hydro.runs.checkpoint import checkpoint_times, read_field
+from hydro.runs.checkpoint import checkpoint_times, leave_out, read_field
 from hydro.runs.dataset import read_history
 from hydro.runs.folder import RunFolder
 from hydro.runs.frames import frame_time, frames, read_frame
@@ -97,11 +96,6 @@ def readable(paths: Iterable[Path], source: Source, mesh: Mesh) -> Iterator[tupl
         yield path, density
     if not found:
         raise CheckpointError("there is nothing to show")
-
-
-def leave_out(trouble: str) -> None:
-    """Say on stderr what is left out."""
-    print(f"hydro: {trouble}; left out", file=sys.stderr)
 
 
 def interval_of(times: Sequence[float], every: float, rate: int) -> float:

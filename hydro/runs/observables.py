@@ -2,20 +2,44 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from hydro.dynamics.heat import wall_heat
 from hydro.mesh import Mesh
 from hydro.state import State
 
+# Long name and unit of what the summary says of a state; of the last ones, only of averages over grains.
+QUANTITIES = {
+    "time": ("time", "L_x/T_*^(1/2)"),
+    "wall_max": ("largest density on the wall x = 0", "n_c"),
+    "wall_min": ("smallest density on the wall x = 0", "n_c"),
+    "half_waves": ("number of half-waves along the wall x = 0, 0 where n is uniform", "1"),
+    "gas_density": ("mean density at the wall x = 1", "n_c"),
+    "mean_pressure": ("mean pressure", "n_c T_*"),
+    "max_speed": ("largest speed of the flow", "T_*^(1/2)"),
+    "max_mach": ("largest Mach number", "1"),
+    "thermal_energy": ("energy of random motion", "n_c T_* L_x^2"),
+    "contrast": ("largest density over the smallest beside x = 1", "1"),
+    "wall_max_error": ("standard error of wall_max", "n_c"),
+    "wall_min_error": ("standard error of wall_min", "n_c"),
+    "gas_density_error": ("standard error of gas_density", "n_c"),
+    "thermal_energy_error": ("standard error of thermal_energy", "n_c T_* L_x^2"),
+}
 
-def snapshot(state: State, wall) -> dict[str, float]:
-    """What the summary says of a state; see the functions below."""
+CLUSTER = 1.2  # times the mean of n(0, y): what the top of a cluster exceeds at least
+UNIFORM = 0.02  # range of n along the wall x = 0, over its mean, up to which a state counts as extended
+
+
+def snapshot(state: State, wall) -> dict[str, Any]:
+    """What the summary says of a state: the first of QUANTITIES; see the functions below."""
     low, high = wall_extremes(state.density, state.mesh)
     return {
         "time": state.time,
         "wall_max": high,
         "wall_min": low,
+        "half_waves": half_waves(wall_profile(state.density, state.mesh), state.mesh),
         "gas_density": gas_density(state, wall),
         "mean_pressure": state.mesh.integral(state.pressure) / state.mesh.aspect_ratio,
         "max_speed": float(state.speed.max()),
@@ -57,6 +81,19 @@ def cluster_position(density: np.ndarray, mesh: Mesh) -> float:
     return float(mesh.y[top] + offset * mesh.dy[top])
 
 
+def half_waves(line: np.ndarray, mesh: Mesh) -> int:
+    """Number of half-waves across the box of the largest cosine in n(0, y), shape (ny,); 0 where n is about uniform.
+
+    In a box that is periodic in y waves have any phase, and the number is even.
+    """
+    if np.ptp(line) <= UNIFORM * np.mean(line):
+        return 0
+    if mesh.periodic[1]:
+        return 2 * int(np.argmax(np.abs(np.fft.rfft(line))[1:]) + 1)
+    cosines = np.cos(np.pi * np.outer(np.arange(1, line.size), mesh.y) / mesh.aspect_ratio)
+    return int(np.argmax(np.abs(cosines @ (line * mesh.dy))) + 1)
+
+
 def even_extrapolation(averages: np.ndarray, widths: np.ndarray) -> np.ndarray:
     """Value at s=0 of a + b s^2 with the first two cell averages (along axis 0) of the given widths.
 
@@ -85,3 +122,24 @@ def gas_density(state: State, wall) -> float:
     _, temperature = wall_heat(state.gas, wall, density, state.temperature[-1], 0.5 * mesh.dx[-1])
     face = state.gas.density(state.pressure[-1], temperature)
     return float(face @ mesh.dy) / mesh.aspect_ratio
+
+
+def clusters(line: np.ndarray, periodic: bool = False) -> np.ndarray:
+    """Cells of the largest density of each cluster along the wall x = 0, where n has the averages `line`, shape (ny,).
+
+    A cluster is a stretch of the wall on which n is above its mean over y, if n exceeds CLUSTER times that mean
+    somewhere in it: one maximum is counted, the largest, between two places where n falls below the mean.
+    """
+    start = int(np.argmin(line)) if periodic else 0  # no cluster lies across the seam then
+    mean, rolled = line.mean(), np.roll(line, -start)
+    inside = np.concatenate([[0], rolled > mean, [0]])
+    starts, ends = np.flatnonzero(np.diff(inside) == 1), np.flatnonzero(np.diff(inside) == -1)
+    tops = [a + int(np.argmax(rolled[a:b])) for a, b in zip(starts, ends, strict=True)]
+    return np.array([(top + start) % line.size for top in tops if rolled[top] > CLUSTER * mean], int)
+
+
+def centre_of_mass(state: State) -> tuple[float, float]:
+    """Mean x and y of the grains, in L_x; along a periodic direction, of the box as it is cut at its seam."""
+    mesh = state.mesh
+    moments = (mesh.integral(state.density * mesh.x[:, None]), mesh.integral(state.density * mesh.y))
+    return moments[0] / state.mass, moments[1] / state.mass

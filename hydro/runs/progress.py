@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TextIO, TypeVar
 
 from rich.console import Console
@@ -16,38 +16,43 @@ T = TypeVar("T")
 
 def counted(items: Sequence[T], title: str, quiet: bool) -> Iterator[T]:
     """The items one by one; on stderr a bar if that is a terminal, else a line for every tenth; neither when quiet."""
+    yield from expected(items, len(items), title, quiet)
+
+
+def expected(items: Iterable[T], count: int, title: str, quiet: bool) -> Iterator[T]:
+    """As `counted`, for items that come one by one, `count` of them."""
     stream = sys.stderr
     if quiet:
         yield from items
     elif stream.isatty():
-        yield from _with_bar(items, title, stream)
+        yield from _with_bar(items, count, title, stream)
     else:
-        yield from _with_lines(items, title, stream)
+        yield from _with_lines(items, count, title, stream)
 
 
-def _with_bar(items: Sequence[T], title: str, stream: TextIO) -> Iterator[T]:
+def _with_bar(items: Iterable[T], count: int, title: str, stream: TextIO) -> Iterator[T]:
     columns = (
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
         TimeRemainingColumn(),
     )  # fmt: skip
     started = time.perf_counter()
     with Progress(*columns, console=Console(file=stream)) as progress:
-        task = progress.add_task(title, total=len(items), rate="")
+        task = progress.add_task(title, total=count, rate="")
         for done, item in enumerate(items, start=1):
             yield item
             rate = done / (time.perf_counter() - started)
-            progress.update(task, completed=done, rate=f"{rate:.0f} a second")
+            progress.update(task, completed=done, rate=f"{rate:.2g} a second")
 
 
-def _with_lines(items: Sequence[T], title: str, stream: TextIO) -> Iterator[T]:
+def _with_lines(items: Iterable[T], count: int, title: str, stream: TextIO) -> Iterator[T]:
     started, due = time.perf_counter(), 0.1
     for done, item in enumerate(items, start=1):
         yield item
-        share = done / len(items)
+        share = done / count
         if share >= due:
             rate = done / (time.perf_counter() - started)
-            left = (len(items) - done) / rate
-            print(f"{title}: {share:4.0%}  {rate:.0f} a second  {left:.0f} s left", file=stream, flush=True)
+            left = (count - done) / rate
+            print(f"{title}: {share:4.0%}  {rate:.2g} a second  {left:.0f} s left", file=stream, flush=True)
             due = math.floor(share * 10.0 + 1.0) / 10.0
 
 

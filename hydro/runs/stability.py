@@ -108,6 +108,11 @@ def marked(deck: StabilityDeck) -> list[str]:
     return lines
 
 
+def scalars(summary: dict[str, Any]) -> dict[str, Any]:
+    """Numbers that describe the first row and the first tongue."""
+    return {**summary, **summary["rows"][0], **summary["tongues"][0]}
+
+
 def closing(summary: dict[str, Any]) -> list[str]:
     """The tongues, and how many critical aspect ratios there are."""
     found = [row for row in summary["rows"] if row["aspect_ratio"] is not None]

@@ -10,7 +10,7 @@ from typing import Any
 
 from hydro.deck import EvolutionDeck, SteadyDeck
 from hydro.errors import Complaint, DeckError
-from hydro.runs.checkpoint import read_checkpoint
+from hydro.runs.checkpoint import checkpoint_times, leave_out, read_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.progress import counted
 from hydro.setup import gas_of, wall_of
@@ -32,16 +32,21 @@ class Subject:
 
     @classmethod
     def of(cls, path: Path) -> Subject:
-        """DeckError if the folder holds no evolution before a driving wall, or no checkpoints yet."""
+        """DeckError if the folder holds no evolution before a driving wall, or no checkpoints yet.
+
+        Checkpoints that cannot be read are named on stderr and left out.
+        """
         folder = RunFolder(path)
         deck = folder.load_deck()
         if not isinstance(deck, EvolutionDeck):
             raise DeckError(f"{path} holds a run of kind {deck.kind!r}; only an evolution can be compared", "RUNDIR")
         refuse_idle(deck, folder)
-        files = sorted(folder.checkpoints.glob("[!.]*.h5"))  # one being written has a dot
-        if not files:
+        times, troubles = checkpoint_times(folder.checkpoints)
+        for trouble in troubles:
+            leave_out(trouble)
+        if not times:
             raise DeckError(f"{path} has no checkpoints yet", "RUNDIR")
-        return cls(deck, files)
+        return cls(deck, list(times))
 
     @property
     def wall(self) -> Any:

@@ -5,18 +5,17 @@ from __future__ import annotations
 import math
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from types import FrameType
-from typing import Any, TextIO
+from typing import Any, ClassVar, Self, TextIO
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from hydro.errors import Stopped
 from hydro.runs.march import Run, Tracker
-from hydro.runs.observables import snapshot
 
 
 class Quiet(Tracker):
@@ -27,11 +26,17 @@ class Quiet(Tracker):
 
 
 class AtTimes:
-    """Calls `act(run)` at given times, and every so often if `every` is given, exactly then."""
+    """Calls `act(run)` at given times, and every so often if `every` is given, exactly then, but not up to `done`."""
 
-    def __init__(self, act: Callable[[Run], None], times: tuple[float, ...] = (), every: float | None = None):
+    def __init__(
+        self,
+        act: Callable[[Run], None],
+        times: tuple[float, ...] = (),
+        every: float | None = None,
+        done: float = -math.inf,
+    ):
         self.act, self.times, self.every = act, times, every
-        self._last = -math.inf
+        self._last = done
 
     def next_stop(self, time: float) -> float:
         listed = min((at for at in self.times if at > time), default=math.inf)
@@ -39,7 +44,8 @@ class AtTimes:
 
     def look(self, run: Run) -> None:
         now = run.state.time
-        if now in self.times or (now > 0.0 and multiple_after(self._last, self.every) == now):
+        multiple = now > 0.0 and multiple_after(self._last, self.every) == now
+        if now > self._last and (now in self.times or multiple):
             self.act(run)
         self._last = now
 
@@ -52,46 +58,47 @@ def multiple_after(time: float, every: float | None) -> float:
     return next(at for at in ((count + k) * every for k in range(3)) if at > time)
 
 
-class History(Quiet):
-    """Appends a row of observables to a CSV file, at the first step after each interval and at the end."""
+class Every(Quiet):
+    """Calls `act(run)` at the first look after every so many seconds of wall clock."""
 
-    def __init__(self, path: Path, wall: Any, interval: float):
-        self.path, self.wall, self.interval = path, wall, interval
-        self._due = 0.0
+    def __init__(self, act: Callable[[Run], None], seconds: float):
+        self.act, self.seconds = act, seconds
+        self._last = time.monotonic()
 
     def look(self, run: Run) -> None:
-        now = run.state.time
-        if now < self._due and now < run.end:
-            return
-        row = self._row(run)
-        with self.path.open("a", encoding="utf-8") as file:
-            if file.tell() == 0:
-                file.write(",".join(row) + "\n")
-            file.write(",".join(repr(float(value)) for value in row.values()) + "\n")
-        self._due = multiple_after(now, self.interval)
-
-    def _row(self, run: Run) -> dict[str, float]:
-        state = run.state
-        kinetic = state.mesh.integral(state.kinetic_energy)
-        return {
-            **snapshot(state, self.wall),
-            "dt": run.dt,
-            "mass": state.mass,
-            "kinetic_energy": kinetic,
-            "thermal_energy": state.energy - kinetic,
-            **run.ledger.balance(state.energy),
-        }
+        if time.monotonic() - self._last >= self.seconds:
+            self.act(run)
+            self._last = time.monotonic()
 
 
-class StopOnSignal(Quiet):
-    """Stops the run, between two steps, when SIGINT or SIGTERM has come. A context manager."""
+class WallLimit(Quiet):
+    """Stops the run, between two steps, so many seconds of wall clock from now."""
+
+    def __init__(self, seconds: float):
+        self.seconds = seconds
+        self._until = time.monotonic() + seconds
+
+    def look(self, run: Run) -> None:
+        if time.monotonic() >= self._until:
+            raise Stopped(f"stopped by time.wall_limit = {self.seconds:g} s at t = {run.state.time:.6g}")
+
+
+class OnSignal(Quiet):
+    """Base of trackers that note signals, to act between two steps. A context manager.
+
+    Beside the main thread, which alone gets signals, it does nothing.
+    """
+
+    signals: ClassVar[tuple[signal.Signals, ...]]
 
     def __init__(self) -> None:
         self._received: str | None = None
         self._before: dict[signal.Signals, Any] = {}
 
-    def __enter__(self) -> StopOnSignal:
-        for number in (signal.SIGINT, signal.SIGTERM):
+    def __enter__(self) -> Self:
+        if threading.current_thread() is not threading.main_thread():
+            return self
+        for number in self.signals:
             self._before[number] = signal.signal(number, self._receive)
         return self
 
@@ -101,6 +108,27 @@ class StopOnSignal(Quiet):
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
         self._received = signal.Signals(number).name
+
+
+class SaveOnSignal(OnSignal):
+    """Calls `act(run)` when SIGUSR1 has come."""
+
+    signals = (signal.SIGUSR1,)
+
+    def __init__(self, act: Callable[[Run], None]):
+        super().__init__()
+        self.act = act
+
+    def look(self, run: Run) -> None:
+        if self._received:
+            self._received = None
+            self.act(run)
+
+
+class StopOnSignal(OnSignal):
+    """Stops the run when SIGINT or SIGTERM has come."""
+
+    signals = (signal.SIGINT, signal.SIGTERM)
 
     def look(self, run: Run) -> None:
         self.check(f"at t = {run.state.time:.6g}")

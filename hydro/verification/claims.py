@@ -16,8 +16,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-import numpy as np
-
 from hydro.dynamics.integrator import StepRejected
 
 Comparison = Literal["<=", ">="]
@@ -122,16 +120,6 @@ def topics() -> Iterator[tuple[str, list[Measurement]]]:
     """The topics in order, each with its measurements."""
     for topic in dict.fromkeys(measurement.topic for measurement in MEASUREMENTS):
         yield topic, [measurement for measurement in MEASUREMENTS if measurement.topic == topic]
-
-
-def orders(sizes: Sequence[float], errors: Sequence[float]) -> list[float]:
-    """Observed order between each pair of neighbours; `sizes` are cell widths or time steps."""
-    return list(np.diff(np.log(np.asarray(errors))) / np.diff(np.log(np.asarray(sizes))))
-
-
-def fitted_order(sizes: Sequence[float], errors: Sequence[float]) -> float:
-    """Slope of log error over log size by least squares: for errors that scatter from grid to grid."""
-    return float(np.polyfit(np.log(np.asarray(sizes)), np.log(np.asarray(errors)), 1)[0])
 
 
 def number(value: float | int | str) -> str:

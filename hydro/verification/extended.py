@@ -28,7 +28,8 @@ from hydro.steady.limits import (
     knudsen_factor,
 )  # fmt: skip
 from hydro.steady.uniform_pressure import UniformPressure
-from hydro.verification.claims import Claim, Findings, Table, at_least, at_most, fitted_order, measurement
+from hydro.studies.orders import fitted_order
+from hydro.verification.claims import Claim, Findings, Table, at_least, at_most, measurement
 from hydro.walls import ThermalWall, VibratingWall
 
 TOPIC = "Extended state"

@@ -14,12 +14,20 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from hydro.dynamics import heat
-from hydro.exact import cell_averages, conduction_mode_decay, homogeneous_cooling
+from hydro.exact import (
+    LINEAR_MODES,
+    LinearMode,
+    cell_averages,
+    conduction_mode_decay,
+    homogeneous_cooling,
+    linear_modes,
+)
 from hydro.gas import Grossman
 from hydro.jit import compiled_methods
 from hydro.mesh import Mesh
 from hydro.state import State
-from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement, orders
+from hydro.studies.orders import orders
+from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import ELASTIC, IDEAL, along, godunov, l1, laid, run
 from hydro.walls import WALLS
 
@@ -135,29 +143,6 @@ def conduction_in_time() -> tuple[Table, float]:
 MODE_AMPLITUDE = 1e-7  # small: a wave of finite amplitude steepens
 
 
-class LinearMode(NamedTuple):
-    """Growth rate s and amplitudes (dn, du, dT) of a perturbation exp(s t + i k x)."""
-
-    rate: complex
-    amplitudes: np.ndarray
-
-
-def linear_modes(gas: Grossman, n: float, T: float, tau: float, k: float) -> list[LinearMode]:
-    """Modes of the uniform state at rest without cooling, the most slowly decaying first.
-
-    dn' = -n ik du,  n du' = -ik (p_n dn + p_T dT) - n du/tau,  n dT' = -p ik du - kappa k^2 dT.
-    """
-    p, (p_n, p_T) = gas.pressure(n, T), gas.pressure_slopes(n, T)
-    kappa = gas.conductivity(n, T)
-    matrix = np.array([
-        [0.0, -1j * k * n, 0.0],
-        [-1j * k * p_n / n, -1.0 / tau, -1j * k * p_T / n],
-        [0.0, -1j * k * p / n, -kappa * k * k / n],
-    ])  # fmt: skip
-    rates, vectors = np.linalg.eig(matrix)
-    return [LinearMode(rates[m], vectors[:, m]) for m in np.argsort(-rates.real)]
-
-
 @measurement(TOPIC, "Modes of the whole system")
 def modes(full: bool) -> Findings:
     """Sound and heat modes of the linearised equations with conduction and friction (L = 0, K = 0.02, tau = 5).
@@ -168,11 +153,11 @@ def modes(full: bool) -> Findings:
     gas, n, tau, k = Grossman(L=0.0, K=0.02), 0.3, 5.0, 2.0 * math.pi
     cells = (32, 64, 128, 256) if full else (32, 64, 128)
     every = linear_modes(gas, n, 1.0, tau, k)
-    heat_mode, sound = min(every, key=lambda m: abs(m.rate.imag)), max(every, key=lambda m: m.rate.imag)
     claims: list[Claim] = []
     rows: list[Row] = []
-    for (name, mode), riemann in itertools.product((("heat", heat_mode), ("sound", sound)), ("hllc", "hllc_lm")):
-        errors = [mode_error(gas, n, tau, k, mode, count, riemann) for count in cells]
+    for (name, pick), riemann in itertools.product(LINEAR_MODES.items(), ("hllc", "hllc_lm")):
+        mode = pick(every)
+        errors = [mode_error(gas, n, tau, mode, count, riemann) for count in cells]
         order = orders([1.0 / count for count in cells], errors)[-1]
         rows.append((f"{name}, s = {mode.rate:.3f}", riemann, *errors, order))
         claims.append(at_least(TOPIC, f"{name} mode, {riemann}: order", "2", order, SECOND))
@@ -180,16 +165,12 @@ def modes(full: bool) -> Findings:
     return Findings(tuple(claims), (Table("L1 error of the density over the amplitude.", header, rows),))
 
 
-def mode_error(gas: Grossman, n: float, tau: float, k: float, mode: LinearMode, count: int, riemann: str) -> float:
+def mode_error(gas: Grossman, n: float, tau: float, mode: LinearMode, count: int, riemann: str) -> float:
     """L1 error of the density over its amplitude at t = 0.4."""
     mesh = along(0, count)
-    amplitudes = MODE_AMPLITUDE * mode.amplitudes / np.abs(mode.amplitudes[0])
 
     def fields(t: float) -> np.ndarray:
-        wave = cell_averages(lambda x: np.exp(mode.rate * t + 1j * k * x).real, mesh.x_faces)
-        quarter = cell_averages(lambda x: np.exp(mode.rate * t + 1j * k * x).imag, mesh.x_faces)
-        line = amplitudes.real[:, None] * wave - amplitudes.imag[:, None] * quarter
-        return laid(0, line)
+        return laid(0, MODE_AMPLITUDE * cell_averages(lambda x: mode.fields(x, t), mesh.x_faces))
 
     dn, du, dT = fields(0.0)
     state = State.of(gas, mesh, n + dn, 1.0 + dT, (du, 0.0))

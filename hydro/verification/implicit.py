@@ -19,7 +19,8 @@ from hydro.runs.observables import wall_extremes
 from hydro.state import State
 from hydro.steady.growth import growth_of, with_mode
 from hydro.steady.localized import steady_state
-from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement, orders
+from hydro.studies.orders import orders
+from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import ELASTIC, IDEAL, along, godunov, l1, run
 from hydro.verification.riemann_problems import PROBLEMS, calculate
 from hydro.verification.waves import along_a_line, simple_wave

@@ -27,7 +27,8 @@ from hydro.steady.marginal import (
     vanishing_loss,
 )
 from hydro.steady.uniform_pressure import UniformPressure
-from hydro.verification.claims import Claim, Findings, Table, at_least, at_most, fitted_order, measurement
+from hydro.studies.orders import fitted_order
+from hydro.verification.claims import Claim, Findings, Table, at_least, at_most, measurement
 from hydro.verification.extended import paper_f, paper_h, paper_q, shoot
 
 TOPIC = "Marginal stability"

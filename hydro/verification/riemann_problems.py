@@ -21,7 +21,8 @@ from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.exact import PrimitiveState, RiemannSolution, cell_averages, solve
 from hydro.mesh import Mesh
 from hydro.state import State
-from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, fitted_order, measurement
+from hydro.studies.orders import fitted_order
+from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import IDEAL, godunov, run
 
 TOPIC = "Riemann problems"

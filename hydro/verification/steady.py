@@ -25,7 +25,8 @@ from hydro.steady.growth import growth_of, lower_half, with_mode
 from hydro.steady.localized import extended_solution, steady_state
 from hydro.steady.marginal import critical_aspect_ratio
 from hydro.steady.spectrum import Linearization, Mode, even, odd
-from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement, orders
+from hydro.studies.orders import orders
+from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import run
 from hydro.walls import ThermalWall, VibratingWall
 

@@ -16,10 +16,11 @@ from scipy.interpolate import CubicSpline
 
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
-from hydro.exact import SimpleWave, cell_averages, isobaric_profile
+from hydro.exact import DensityWave, SimpleWave, cell_averages, isobaric_profile
 from hydro.mesh import Mesh
 from hydro.state import State
-from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement, orders
+from hydro.studies.orders import orders
+from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import IDEAL, along, godunov, l1, laid, run
 
 TOPIC = "Waves"
@@ -126,18 +127,11 @@ def oblique_wave(full: bool) -> Findings:
     return study("oblique simple wave", oblique_exact(wave, direction), meshes, 0.5 * wave.breaking_time, solvers)
 
 
-SPEED = 1.0  # of the carried density wave
-
-
 def carried(mesh: Mesh, t: float) -> np.ndarray:
-    """A density wave from 0.1 to 0.5 at pressure 1 that moves with SPEED."""
-
-    def conserved(x):
-        n = 0.3 + 0.2 * np.sin(2.0 * np.pi * (x - SPEED * t))
-        return np.array([n, n * SPEED, 1.0 / IDEAL.compressibility(n) + 0.5 * n * SPEED**2])
-
-    axis = axis_of(mesh)
-    return directed(axis, *cell_averages(conserved, (mesh.x_faces, mesh.y_faces)[axis]))
+    """A density wave from 0.1 to 0.5 at pressure 1 that moves with velocity 1."""
+    wave, axis = DensityWave(IDEAL, 0.3, 2.0 / 3.0, 1.0, 1.0), axis_of(mesh)
+    faces = (mesh.x_faces, mesh.y_faces)[axis]
+    return directed(axis, *cell_averages(lambda x: wave.conserved(x, t), faces))
 
 
 @measurement(TOPIC, "Density wave at uniform pressure")

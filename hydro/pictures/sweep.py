@@ -1,0 +1,94 @@
+"""A number of the members of a sweep: against one key, or as a map over two."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hydro.pictures.branches import LABELS
+from hydro.pictures.style import publish
+
+COLUMNS = 3
+MOST_PANELS = 12
+
+
+def draw(path: Path, table: Any, name: str, chain: bool = False) -> None:
+    """The variable `name` of a sweep's Dataset, into `path`.png and `path`.pdf.
+
+    A map over the first two axes that have numbers, one for each combination of the others; where there is only one
+    such axis, curves along it. Members of a chain are joined by arrows in the order in which they followed each other.
+    """
+    dims = list(table[name].dims)
+    numeric = [dim for dim in dims if table[dim].dtype.kind == "f" and table.sizes[dim] > 1]
+    if len(numeric) > 1 and not chain:
+        maps(path, table[name], numeric[:2])
+    else:
+        along = dims[-1] if chain or not numeric else numeric[0]
+        curves(path, table[name], along, chain)
+
+
+def maps(path: Path, values: Any, plane: Sequence[str]) -> None:
+    """Maps over two axes, all with the same shades."""
+    panels = list(itertools.islice(slices(values, plane), MOST_PANELS))
+    columns = min(COLUMNS, len(panels))
+    rows = -(-len(panels) // columns)
+    figure = Figure(figsize=(3.6 * columns + 0.8, 3.2 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
+    low, high = np.nanmin(values), np.nanmax(values)
+    for axis in axes[len(panels) :]:
+        axis.set_axis_off()
+    for axis, (title, part) in zip(axes, panels, strict=False):
+        x, y = (part[dim].to_numpy() for dim in plane)
+        shades = axis.pcolormesh(x, y, part.transpose(*plane).to_numpy().T, vmin=low, vmax=high, shading="nearest")
+        axis.set_title(title, fontsize=9)
+        axis.set_xlabel(label(plane[0]))
+        axis.set_ylabel(label(plane[1]))
+    figure.colorbar(shades, ax=list(axes), label=str(values.name).replace("_", " "))
+    publish(figure, path)
+
+
+def curves(path: Path, values: Any, along: str, chain: bool) -> None:
+    """Curves along one axis, one for each combination of the others."""
+    figure = Figure(figsize=(5.6, 4.0), layout="constrained")
+    axis = figure.add_subplot()
+    for title, part in slices(values, (along,)):
+        x, y = part[along].to_numpy(), part.to_numpy()
+        (line,) = axis.plot(x, y, "o" if chain else "o-", markersize=4.0, linewidth=1.1, label=title or None)
+        if chain:
+            arrows(axis, x, y, line.get_color())
+    axis.set_xlabel(label(along))
+    axis.set_ylabel(str(values.name).replace("_", " "))
+    if values.ndim > 1:
+        axis.legend(fontsize=8)
+    publish(figure, path)
+
+
+def arrows(axis: Axes, x: np.ndarray, y: np.ndarray, color: Any) -> None:
+    """Arrows from point to point."""
+    for before, after in itertools.pairwise(zip(x, y, strict=True)):
+        if np.isfinite([*before, *after]).all():
+            axis.annotate("", after, before, arrowprops={"arrowstyle": "->", "color": color, "linewidth": 0.9})
+
+
+def slices(values: Any, kept: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    """Parts of an array along the axes `kept`, one for each combination of the others, with titles."""
+    others = [dim for dim in values.dims if dim not in kept]
+    for places in itertools.product(*(range(values.sizes[dim]) for dim in others)):
+        part = values.isel(dict(zip(others, places, strict=True)))
+        yield ", ".join(shown(dim, part[dim].item()) for dim in others), part
+
+
+def label(key: str) -> str:
+    """What stands beside an axis."""
+    return LABELS.get(key.rpartition(".")[2], key)
+
+
+def shown(key: str, value: Any) -> str:
+    """A coordinate in a title."""
+    return f"{label(key)} = {value:g}" if isinstance(value, float) else f"{value}"
