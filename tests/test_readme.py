@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -16,9 +18,9 @@ ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def blocks(language: str) -> list[str]:
-    """Code blocks of the README in a language."""
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+def blocks(language: str, text: str = README) -> list[str]:
+    """Code blocks of the README, or of another text, in a language."""
+    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
 
 
 def test_the_deck_is_valid():
@@ -38,6 +40,21 @@ def test_the_programs_run(capsys):
     assert densest == pytest.approx(0.679, abs=0.005) and rate == pytest.approx(1.09e-3, rel=0.01)
     (densest,) = printed_by(evolution.replace("< 10.0", "< 0.1"), capsys)
     assert 0.02 < densest < 0.03
+
+
+def test_the_extensions_run(tmp_path):
+    """The scripts of docs/extending.md: kernels take code from files only."""
+    numbers = []
+    for name, program in enumerate(blocks("python", (ROOT / "docs" / "extending.md").read_text(encoding="utf-8"))):
+        script = tmp_path / f"extension_{name}.py"
+        script.write_text(program, encoding="utf-8")
+        done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        numbers.append(re.findall(r"[\d.e-]+$", done.stdout, flags=re.MULTILINE))
+    (dense, dilute), (given,), (code,) = numbers
+    assert float(dense) == pytest.approx(float(dilute), rel=0.1) and dense != dilute  # close in a dilute gas
+    assert float(given) == pytest.approx(1.0, rel=1e-10)
+    assert code == "0" and (tmp_path / "output" / "blob" / "summary.json").exists()
 
 
 def test_the_commands_name_decks_and_their_keys():

@@ -212,7 +212,7 @@ class ConvergenceDeck(Deck):
 
     kind: Literal["convergence"] = "convergence"
     base: Annotated[Deck, OneOf({kind: PROBLEMS[kind] for kind in ("evolution", "steady")})] = Field(
-        description="the deck to study: a file beside this deck, or a section with its keys; "
+        description="The deck to study: a file beside this deck, or a section with its keys; "
         "in a section, `deck` may name a file that the other keys change"
     )
     convergence: Convergence
@@ -246,7 +246,7 @@ class Sweep(Section):
         "changed to gas.f: for hysteresis",
     )
     perturbation: Annotated[Pattern | None, OneOf(PATTERNS)] = Field(
-        default=None, description="relative change of the density that each member of a chain starts with"
+        default=None, description="Relative change of the density with which the members of a chain start"
     )
     draw: tuple[Text, ...] = Field(
         default=(), description="numbers of a run to draw; the first in the table when none are named"
@@ -265,7 +265,7 @@ class SweepDeck(Deck):
 
     kind: Literal["sweep"] = "sweep"
     base: Annotated[Deck, OneOf({**PROBLEMS, "convergence": ConvergenceDeck})] = Field(
-        description="the deck to vary: a file beside this deck, or a section with its keys; "
+        description="The deck to vary: a file beside this deck, or a section with its keys; "
         "in a section, `deck` may name a file that the other keys change"
     )
     sweep: Sweep

@@ -10,6 +10,7 @@ from annotated_types import Ge, Gt, Le, Lt, MinLen
 from hydro.deck.fields import Among, Section, item_of, kinds_of, list_or, meaning, section_of
 from hydro.deck.kinds import KINDS
 from hydro.deck.quantities import Quantity
+from hydro.deck.sections import Deck
 
 INTRODUCTION = """\
 # Decks
@@ -25,7 +26,7 @@ pressure `n_c T_*`; each is zero or of a size between 1e-30 and 1e30. From a sec
 must not be given then ([experiment.md](experiment.md))."""
 
 HEADER = "| key | type | default | allowed | meaning |\n|---|---|---|---|---|"
-WORDS = {float: "number", int: "whole number", str: "text", bool: "true or false"}
+WORDS = {float: "number", int: "whole number", str: "text", bool: "true or false", Any: "value"}
 BOUNDS = ((Gt, "gt", "> {}"), (Ge, "ge", ">= {}"), (Lt, "lt", "< {}"), (Le, "le", "<= {}"))
 
 
@@ -46,9 +47,12 @@ def _section(owner: type[Section], key: str, name: str, level: int) -> Iterator[
     """Heading, text and table of the section `key` of `owner`; nothing for a plain key."""
     table, model = kinds_of(owner, key), section_of(owner, key)
     if table is not None:
+        whole = all(issubclass(choice, Deck) for choice in table.values())
         yield f"{'#' * level} [{name}]"
         yield f"{meaning(owner, key)}. Default: {_default(owner, key)}.".replace("Default: required", "Required")
-        for kind, choice in table.items():
+        if whole:
+            yield f"Its `kind` is {', '.join(f'`{kind}`' for kind in table)}, with the keys of such a deck."
+        for kind, choice in () if whole else table.items():
             yield f'{"#" * (level + 1)} [{name}] kind = "{kind}"'
             yield from _keys(choice, name, level + 1)
     elif model is not None:

@@ -28,8 +28,8 @@ class RunFolder:
     """Paths in a run's folder.
 
     deck.toml (resolved), summary.json, checkpoints/, pictures/; of an evolution or grains history.csv,
-    checkpoints.xdmf and, where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch; of a study members/ (folders of
-    runs), table.csv and table.parquet.
+    checkpoints.xdmf and, where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch; of a study
+    members/ (folders of runs), table.csv and table.parquet.
     .lock is held while a process works here.
     """
 

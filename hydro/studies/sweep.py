@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydro.deck import SweepDeck, dumps
 from hydro.deck.campaigns import Variation
-from hydro.errors import RunFailed, Stopped
+from hydro.errors import DeckError, RunFailed, Stopped
 from hydro.runs.folder import RunFolder
 from hydro.runs.progress import expected
 from hydro.studies.cluster import Outcome, Start, client_of, outcomes, work
@@ -136,11 +136,10 @@ def open_sweep(path: str | Path) -> Dataset:
     import numpy as np
     import xarray
 
-    from hydro.deck import load
-
     folder = RunFolder(Path(path))
-    deck = load(folder.deck)
-    assert isinstance(deck, SweepDeck)
+    deck = folder.load_deck()
+    if not isinstance(deck, SweepDeck):
+        raise DeckError(f"{path} holds a run of kind {deck.kind!r}, not a sweep", "run folder")
     members = members_of(deck)
     rows = rows_of(members, folder.read_summary()["members"])
     dims = [axis.keys[0] for axis in deck.sweep.axes]

@@ -1,0 +1,191 @@
+"""What evolution finds in the plane of area fraction and aspect ratio: the deck `problems/map.toml`.
+
+    python benchmarks/map.py docs > docs/map.md
+
+Draws map.png into the folder: the states found, over the marginal curves of `problems/fig2.toml` and the folds of
+`problems/folds.toml`. Runs that are complete in the folder `--output` are not repeated; on two free cores all of them
+take about ten minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+
+from hydro import open_sweep
+from hydro.cli import main as hydro
+from hydro.pictures.style import save
+
+PROBLEMS = Path(__file__).parent.parent / "problems"
+SETTLED = 1e-5  # drift, per unit time, up to which a state counts as found
+CHANGING = "still changing"
+STATES = {
+    "extended": ("0.55", "extended"),
+    "half-wave": ("tab:blue", "half-wave"),
+    "full wave": ("tab:orange", "full wave"),
+    "more": ("tab:green", "more waves"),
+    CHANGING: ("tab:red", "still changing: coarsening, growing or decaying"),
+}
+NAMES = ("extended", "half-wave", "full wave")
+STARTS = (("noise", "o"), ("one half-wave", "^"), ("two half-waves", "s"))
+
+PAGE = """# A map of the states found by evolution
+
+Printed by `python benchmarks/map.py docs > docs/map.md`: `problems/map.toml`, {count} evolutions by `lagrange-remap`
+to t = {end:g}, L = {L:g}, K = {K:g}, tau = {tau:g}, {cells} cells per unit length in y and {nx} in x, stretched by
+{stretch:g}: {seconds:.0f} s of work. Marginal curves are those of the stability solver, folds those of
+`problems/folds.toml`.
+
+![States found in the plane of area fraction and aspect ratio](map.png)
+
+*Three starts at each point, from left to right: noise of 10%, one half-wave of 90%, two half-waves of 90%. The colour
+is what is found at t = {end:g}. A pale square: one start has ended in the extended state, another in a localized one.*
+
+The number of half-waves is that of the largest cosine in n(0, y); a state is extended where n(0, y) varies by less
+than 2% of its mean. It is found if the densities on the wall x = 0 change by less than {settled:g} of themselves per
+unit time between t = {before:g} and the end; else it is still changing."""
+
+
+def run(output: Path, deck: str, *overrides: str) -> Path:
+    """The folder of a deck's run, which is made or finished if it is not there."""
+    folder = output / deck
+    if not (folder / "summary.json").exists() or not json.loads((folder / "summary.json").read_text())["completed"]:
+        words = [str(PROBLEMS / f"{deck}.toml"), *overrides, "--output", str(folder)]
+        if hydro([*words, *(["--overwrite"] if deck == "fig2" else [])]):
+            raise SystemExit(f"{deck} failed")
+    return folder
+
+
+def found(half_waves: float, drift: float) -> str:
+    """What a run has ended in."""
+    if not drift < SETTLED:
+        return CHANGING
+    return NAMES[int(half_waves)] if half_waves < len(NAMES) else "more"
+
+
+def states(table: Any) -> np.ndarray:
+    """Names of what was found, shape (f, aspect ratio, start)."""
+    return np.vectorize(found)(table.half_waves.values, table.drift.values)
+
+
+def bistable(there: np.ndarray) -> np.ndarray:
+    """Where starts have ended in the extended state and in localized ones, shape (f, aspect ratio)."""
+    localized = np.isin(there, ("half-wave", "full wave", "more")).any(axis=-1)
+    return localized & (there == "extended").any(axis=-1)
+
+
+def draw(path: Path, table: Any, there: np.ndarray, rows: list[dict[str, Any]], folds: Any) -> None:
+    """The map."""
+    figure = Figure(figsize=(8.2, 6.4), layout="constrained")
+    axis = figure.add_subplot()
+    f, ratios = table["gas.f"].values, table["box.aspect_ratio"].values
+    width, height = f[1] - f[0], ratios[1] - ratios[0]
+    for i, j in np.argwhere(bistable(there)):
+        corner = (f[i] - 0.46 * width, ratios[j] - 0.4 * height)
+        axis.add_patch(Rectangle(corner, 0.92 * width, 0.8 * height, color="#f6eec0", zorder=0))
+    for (i, j, k), name in np.ndenumerate(there):
+        _, marker = STARTS[k]
+        place = f[i] + (k - 1) * 0.27 * width
+        axis.plot(place, ratios[j], marker, color=STATES[name][0], markersize=5.5, markeredgewidth=0.0)
+    curves(axis, rows, folds)
+    axis.set_xlim(f[0] - 0.7 * width, f[-1] + 0.7 * width)
+    axis.set_ylim(ratios[0] - 0.7 * height, ratios[-1] + 0.7 * height)
+    axis.set_xlabel("area fraction $f$")
+    axis.set_ylabel(r"aspect ratio $\Delta$")
+    figure.legend(handles=legend(there), loc="outside lower center", ncols=3, fontsize=8.5)
+    save(figure, path)
+
+
+def curves(axis: Axes, rows: list[dict[str, Any]], folds: Any) -> None:
+    """Marginal curves and folds of one and two half-waves."""
+    for m, line in ((1, "-"), (2, "--")):
+        points = [(row["f"], row["aspect_ratio"]) for row in rows if row["m"] == m and row["aspect_ratio"] is not None]
+        axis.plot(*zip(*points, strict=True), line, color="black", linewidth=1.2)
+        axis.plot(folds.last_fold, m * folds["box.aspect_ratio"], line, color="tab:purple", linewidth=1.4)
+
+
+def legend(there: np.ndarray) -> list[Any]:
+    """What colours, symbols and lines mean."""
+    used = [state for name, state in STATES.items() if name in there]
+    return [
+        *(Line2D([], [], color=colour, marker="o", linestyle="", label=label) for colour, label in used),
+        Patch(color="#f6eec0", label="extended and localized, by the start"),
+        *(Line2D([], [], color="0.3", marker=marker, linestyle="", label=f"from {name}") for name, marker in STARTS),
+        Line2D([], [], color="black", label="marginal, one half-wave"),
+        Line2D([], [], color="black", linestyle="--", label="marginal, two half-waves"),
+        Line2D([], [], color="tab:purple", label="fold, one half-wave"),
+        Line2D([], [], color="tab:purple", linestyle="--", label="fold, two half-waves"),
+    ]
+
+
+def counts(there: np.ndarray) -> list[str]:
+    """How often what was found, by start."""
+    lines = ["| start | " + " | ".join(STATES) + " |", "|" + "---|" * (len(STATES) + 1)]
+    for k, (name, _) in enumerate(STARTS):
+        lines.append(f"| {name} | " + " | ".join(str(int(np.sum(there[..., k] == state))) for state in STATES) + " |")
+    return lines
+
+
+def comparison(table: Any, there: np.ndarray, rows: list[dict[str, Any]], folds: Any) -> list[str]:
+    """The map against the solvers, in sentences with the exceptions."""
+    f, ratios = table["gas.f"].values, table["box.aspect_ratio"].values
+    critical = {round(row["f"], 9): row["aspect_ratio"] or np.inf for row in rows if row["m"] == 1}
+    inside = np.array([[ratio > critical[round(x, 9)] for ratio in ratios] for x in f])
+    from_noise = there[..., 0]
+    fold = np.interp(ratios, folds["box.aspect_ratio"], folds.last_fold, left=np.nan)
+    both = np.array([[not inside[i, j] and x < fold[j] for j in range(ratios.size)] for i, x in enumerate(f)])
+    right = f[:, None] > 0.02  # the left bifurcation is supercritical: nothing localized is outside the tongue there
+    return [
+        *said("inside the tongue", inside, "noise has not stayed extended", from_noise != "extended", f, ratios),
+        *said("outside the tongue", ~inside, "noise has ended extended", from_noise == "extended", f, ratios),
+        *said("between tongue and fold", both & right, "the start decides", bistable(there), f, ratios),
+        *said("beyond the fold", ~inside & ~both & right, "no start decides", ~bistable(there), f, ratios),
+    ]
+
+
+def said(where: str, region: np.ndarray, what: str, holds: np.ndarray, f: np.ndarray, ratios: np.ndarray) -> list[str]:
+    """One sentence: at how many points of a region something holds, and where it does not."""
+    exceptions = [f"({f[i]:g}, {ratios[j]:g})" for i, j in np.argwhere(region & ~holds)]
+    line = f"- {where.capitalize()}: at {int(np.sum(region & holds))} of {int(np.sum(region))} points {what}"
+    return [line + (f"; not at (f, Delta) = {', '.join(exceptions)}." if exceptions else ".")]
+
+
+def main() -> None:
+    """Run what is missing, draw, print the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="for map.png")
+    parser.add_argument("--output", type=Path, default=Path("output/map"))
+    options = parser.parse_args()
+    area_fractions = "stability.f={ start = 0.005, stop = 0.065, count = 121 }"
+    marginal = run(options.output, "fig2", area_fractions, "stability.walls=['vibrating']", "stability.points=[]")
+    folds = open_sweep(run(options.output, "folds"))
+    folder = run(options.output, "map")
+    table, rows = open_sweep(folder), json.loads((marginal / "summary.json").read_text())["rows"]
+    there = states(table)
+    draw(options.folder / "map.png", table, there, rows, folds)
+    members = [entry["summary"] for entry in json.loads((folder / "summary.json").read_text())["members"]]
+    from hydro.deck import load
+
+    base = load(folder / "deck.toml").base
+    times = [row["time"] for row in members[0]["snapshots"]]
+    print(PAGE.format(
+        count=len(members), end=times[-1], before=times[-2], L=base.gas.L, K=base.gas.K, tau=base.gas.tau,
+        cells=base.mesh.cells[1], nx=base.mesh.cells[0], stretch=base.mesh.stretch, settled=SETTLED,
+        seconds=sum(member["wall_seconds"] for member in members),
+    ))  # fmt: skip
+    print("\n## What is found\n")
+    print("\n".join(counts(there)))
+    print("\n## Against the stability and branch solvers\n")
+    print("\n".join(comparison(table, there, rows, folds)))
+
+
+if __name__ == "__main__":
+    main()
