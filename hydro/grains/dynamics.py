@@ -98,7 +98,7 @@ class Dynamics:
         events.foresee_all(self.grains, self.arena, self.wall)
 
     def memory(self) -> dict[str, np.ndarray]:
-        """All that is needed to go on with the same bits."""
+        """All that is needed to go on with the same bits, but for the count of stale events: all are foreseen anew."""
         grains = self.grains
         return {
             "motion": grains.motion[:, : TIME + 1].copy(), "cells": grains.links[:, COLUMN : ROW + 1].copy(),
