@@ -3,8 +3,7 @@
     python benchmarks/map.py docs > docs/map.md
 
 Draws map.png into the folder: the states found, over the marginal curves of `problems/fig2.toml` and the folds of
-`problems/folds.toml`. Runs that are complete in the folder `--output` are not repeated; on two free cores all of them
-take about ten minutes.
+`problems/folds.toml`. Runs that are complete in the folder `--output` are not repeated.
 """
 
 from __future__ import annotations

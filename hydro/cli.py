@@ -71,7 +71,7 @@ def run(words: list[str]) -> int:
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, to run the members of a sweep on")
     options = parser.parse_intermixed_args(words)
 
-    from hydro.deck import dumps, load
+    from hydro.deck import load
     from hydro.runs.folder import RunFolder
 
     deck = load(options.deck, options.overrides)
@@ -84,7 +84,7 @@ def run(words: list[str]) -> int:
         raise DeckError(f"only a sweep runs on a cluster, not a deck of kind {deck.kind!r}", "--scheduler")
     where = {"scheduler": options.scheduler} if options.scheduler else {}
     with folder.held():
-        folder.check(options.overwrite, dumps(deck) if kind.goes_on else None)
+        folder.check(options.overwrite, deck if kind.goes_on else None)
         summary = kind.solve(deck, folder, options.quiet, **where)
     return _close(kind, summary, folder, options.quiet)
 
@@ -96,7 +96,6 @@ def restart(words: list[str]) -> int:
     parser.add_argument("--quiet", action="store_true", help="no progress, no closing lines")
     options = parser.parse_intermixed_args(words)
 
-    from hydro.deck import dumps
     from hydro.kinds import KINDS
     from hydro.runs.folder import RunFolder
     from hydro.runs.restart import deck_of
@@ -110,7 +109,7 @@ def restart(words: list[str]) -> int:
         if kind.resume is None:
             raise DeckError(f"a run of kind {deck.kind!r} cannot be continued; run its deck anew", "restart")
         if kind.goes_on:
-            folder.check(False, dumps(deck))  # a changed study would lose its members
+            folder.check(False, deck)  # a changed study would lose its members
         summary = kind.resume(deck, folder, options.quiet)
     return _close(kind, summary, folder, options.quiet)
 

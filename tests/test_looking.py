@@ -110,6 +110,20 @@ class Moment:
         self.end, self.state = deck.time.end, State.of(gas_of(deck), mesh_of(deck), 0.1, 1.0, time=at)
 
 
+def test_a_restarted_run_has_the_frames_series_and_movie_of_an_undisturbed_one(filmed, copy):
+    """A kill has left frames later than the newest checkpoint, and no movie."""
+    for path in [*sorted(copy.glob("checkpoints/*.h5"))[1:], copy / "summary.json", copy / "movie.mp4"]:
+        path.unlink()
+    taken = [path.stat().st_mtime_ns for path in frames(copy / "frames")]
+    assert main(["restart", str(copy), "movie.colours=magma", "--quiet"]) == 0
+    for mine, other in zip(frames(copy / "frames"), frames(filmed / "frames"), strict=True):
+        assert mine.name == other.name and mine.read_bytes() == other.read_bytes()
+    again = [path.stat().st_mtime_ns > before for path, before in zip(frames(copy / "frames"), taken, strict=True)]
+    assert again == [frame_time(path) > 1.0 for path in frames(copy / "frames")]
+    assert (copy / "checkpoints.xdmf").read_text() == (filmed / "checkpoints.xdmf").read_text()
+    assert (copy / "movie.mp4").exists()
+
+
 def test_a_new_run_removes_the_frames_and_the_movie_of_the_old(run_deck, filmed, copy):
     assert main([str(copy / "deck.toml"), "output.movie=false", "--output", str(copy), "--overwrite", "--quiet"]) == 0
     assert not list(copy.glob("frames/*")) and not list(copy.glob("movie.*"))

@@ -360,9 +360,24 @@ def test_a_study_goes_on_where_it_was_left(run_text, capsys):
     assert run_text(CONVERGENCE)[1] == 0
     again = {path for path, stamp in stamps.items() if path.stat().st_mtime_ns != stamp}
     assert again == {folder / "members" / "0002" / "summary.json"}
+    deck = folder / "deck.toml"
+    deck.write_text(deck.read_text().replace("mu = 1.0\n", ""))  # as an older version wrote it, without that key
+    assert run_text(CONVERGENCE)[1] == 0
     assert run_text(CONVERGENCE, "base.gas.f=0.03")[1] == 2 and "holds a run already" in capsys.readouterr().err
     assert run_text(CONVERGENCE, "--overwrite")[1] == 0
     assert all(path.stat().st_mtime_ns != stamp for path, stamp in stamps.items())
+
+
+def test_a_member_that_was_begun_goes_on_from_its_checkpoint(run_text):
+    folder, _ = run_text(CONVERGENCE)
+    first, last = sorted((folder / "members" / "0002" / "checkpoints").glob("*.h5"))
+    ended, stamp = read_checkpoint(last), first.stat().st_mtime_ns
+    last.unlink()
+    (folder / "members" / "0002" / "summary.json").unlink()
+    assert run_text(CONVERGENCE)[1] == 0
+    again = read_checkpoint(last)
+    assert first.stat().st_mtime_ns == stamp and again.steps == ended.steps
+    np.testing.assert_array_equal(again.conserved, ended.conserved)
 
 
 def test_a_level_that_fails_fails_the_study(run_text, capsys):
@@ -405,7 +420,7 @@ def test_a_failed_member_is_reported_and_does_not_stop_the_rest(run_text, capsys
     starts = "[{kind='checkpoint', path='nowhere.h5'}, {kind='uniform'}]"
     folder, code = run_text(SWEEP, f"sweep.axes=[{{keys=['initial'], values={starts}}}]")
     message = capsys.readouterr().err
-    assert code == 3 and "1 of 2 members failed" in message and "member 1: nowhere.h5: no such checkpoint" in message
+    assert code == 3 and "1 of 2 members failed" in message and "nowhere.h5: no such checkpoint" in message
     failed, good = summary_of(folder)["members"]
     assert not failed["completed"] and "nowhere.h5" in failed["error"] and failed["summary"] is None
     assert good["completed"] and [row["completed"] for row in rows_of(folder)] == ["False", "True"]

@@ -20,6 +20,7 @@ import h5py
 import numpy as np
 
 import hydro
+from hydro.dynamics.integrator import MEMORY
 from hydro.errors import CheckpointError
 from hydro.mesh import Mesh
 from hydro.revision import git_revision
@@ -107,9 +108,9 @@ def _write(file: h5py.File, saved: Checkpoint) -> None:
     for name, pair in saved.ledger.items():
         unit = "n_c L_x^2" if name.endswith("mass") else "n_c T_* L_x^2"
         _dataset(ledger, name, pair, f"{name.replace('_', ' ')}: sum and its compensation", unit)
-    memory = _group(file, "integrator", "what the integrator remembers beside the fields, in its own order and units")
+    memory = _group(file, "integrator", "what the integrator remembers beside the fields")
     for name, values in saved.memory.items():
-        memory.create_dataset(name, data=values)
+        _dataset(memory, name, values, *MEMORY.get(name, (name, "")))
     _group(file, "steps_by", "numbers of steps by what set them").attrs.update(saved.set_by)
     snapshots = _group(file, "snapshots", "numbers that describe the states at the output times so far")
     for name, (long_name, unit) in QUANTITIES.items():
@@ -166,7 +167,7 @@ def checkpoint_times(folder: Path, known: Mapping[Path, float] | None = None) ->
         if path.name.startswith("."):
             continue
         try:
-            times[path] = known[path] if known and path in known else float(read_labels(path)["time"])
+            times[path] = known[path] if known and path in known else _read_time(path)
         except CheckpointError as error:
             troubles.append(str(error))
     return dict(sorted(times.items(), key=lambda entry: (entry[1], entry[0]))), troubles
@@ -175,6 +176,11 @@ def checkpoint_times(folder: Path, known: Mapping[Path, float] | None = None) ->
 def leave_out(trouble: str) -> None:
     """Say on stderr what is left out."""
     print(f"hydro: {trouble}; left out", file=sys.stderr)
+
+
+def _read_time(path: Path) -> float:
+    with _opened(path, verify=False) as file:
+        return float(file.attrs["time"])
 
 
 @contextlib.contextmanager

@@ -233,6 +233,8 @@ class Keeper:
         self.snapshots = [] if saved is None else list(saved.snapshots)
         self._replaceable = [] if saved is None else list(saved.replaceable)
         self._series = Series(folder.series, folder.checkpoints, mesh)
+        if saved is not None:
+            self._series.update()
         git_revision()  # of the source that runs, whatever happens to it from now on
 
     @property
@@ -267,10 +269,11 @@ class Keeper:
             return
         if self.folder.history.exists():
             sync(self.folder.history)  # rows up to a checkpoint shall not be lost where it is not
+        replaceable = replaceable and all(row["checkpoint"] != path.name for row in self.snapshots)
         names = [*self._replaceable, path.name] if replaceable else self._replaceable
         kept = names[-(self.deck.output.keep or KEPT) :]
         saved = run.checkpoint(dumps(self.deck))
-        write_checkpoint(path, replace(saved, snapshots=self.snapshots, replaceable=kept))
+        write_checkpoint(path, replace(saved, snapshots=self.snapshots, replaceable=names))
         for name in names[: -len(kept)]:
             (self.folder.checkpoints / name).unlink(missing_ok=True)
         self._replaceable = kept

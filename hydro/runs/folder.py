@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from hydro.deck import Deck, load
+from hydro.deck import Deck, dumps, load
 from hydro.errors import DeckError
 from hydro.runs.files import partial, write_text
 from hydro.runs.lock import locked
@@ -58,9 +58,12 @@ class RunFolder:
             raise DeckError(f"{self.path} is no folder of a run: it has no {self.deck.name}", "run folder")
         return load(self.deck, overrides)
 
-    def holds(self, deck: str) -> bool:
-        """Whether the run in this folder, finished or not, is that of a resolved deck."""
-        return self.deck.exists() and self.deck.read_text(encoding="utf-8") == deck
+    def holds(self, deck: Deck) -> bool:
+        """Whether the run in this folder, finished or not, is that of a deck."""
+        try:
+            return self.deck.is_file() and load(self.deck) == deck
+        except DeckError:  # of another version of this program
+            return False
 
     def member(self, number: int) -> RunFolder:
         """The folder of a run that a study is made of."""
@@ -95,14 +98,14 @@ class RunFolder:
             if made and not any(self.path.iterdir()):
                 self.path.rmdir()
 
-    def check(self, overwrite: bool, resumable: str | None = None) -> None:
+    def check(self, overwrite: bool, resumable: Deck | None = None) -> None:
         """DeckError if the folder holds a run that is not to be replaced, or files that no run made.
 
         resumable: a deck whose run may go on where it was left.
         """
         self.anew = overwrite
         if self.deck.exists():
-            if not overwrite and not (resumable and self.holds(resumable)):
+            if not overwrite and (resumable is None or not self.holds(resumable)):
                 raise DeckError(f"{self.path} holds a run already; --overwrite replaces it", "output folder")
         elif taken := [name for name in (*OWN_FILES, *OWN_FOLDERS) if (self.path / name).exists()]:
             raise DeckError(f"{self.path} is no folder of a run, but has {', '.join(taken)}", "output folder")
@@ -125,11 +128,12 @@ class RunFolder:
         except OSError as error:
             raise DeckError(f"{self.path} cannot be written: {error.strerror}", "output folder") from error
 
-    def resume(self, deck: str) -> None:
+    def resume(self, deck: Deck) -> None:
         """As `prepare`; but where this very study was begun, its members are kept."""
         if self.anew or not self.holds(deck):
-            shutil.rmtree(self.members, ignore_errors=True)
-        self.prepare(deck)
+            for begun in self.members.glob("[0-9]*/deck.toml"):
+                shutil.rmtree(begun.parent)
+        self.prepare(dumps(deck))
         self.members.mkdir(exist_ok=True)
 
     def _made(self) -> list[Path]:
@@ -146,9 +150,10 @@ class RunFolder:
     def read_summary(self) -> dict[str, Any]:
         """What summary.json says; nothing where there is none, or none that can be read."""
         try:
-            return json.loads(self.summary.read_text(encoding="utf-8"))
+            summary = json.loads(self.summary.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
+        return summary if isinstance(summary, dict) else {}
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write summary.json; numbers that JSON does not know become null."""

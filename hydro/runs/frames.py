@@ -5,6 +5,7 @@ A frame's file is called after its time: t12.5.h5.
 
 from __future__ import annotations
 
+import io
 import math
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import h5py
 import numpy as np
 
 from hydro.errors import CheckpointError
-from hydro.runs.files import replacing
+from hydro.runs.files import write_bytes
 from hydro.runs.march import Run
 from hydro.runs.trackers import Quiet, multiple_after
 from hydro.state import State
@@ -42,11 +43,13 @@ class Frames(Quiet):
 def write_frame(folder: Path, state: State) -> None:
     """Write the density of `state`, whole or not at all."""
     path = folder / f"t{float(state.time)!r}.h5"
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+    image = io.BytesIO()
+    with h5py.File(image, "w") as file:
         file.attrs.update(format=FORMAT, time=state.time, time_unit="L_x/T_*^(1/2)")
         shown = state.density.T.astype(np.float32)
         density = file.create_dataset("density", data=shown, compression="gzip", shuffle=True, fletcher32=True)
         density.attrs.update(long_name="number density", units="n_c")
+    write_bytes(path, image.getvalue())
 
 
 def read_frame(path: Path) -> np.ndarray:

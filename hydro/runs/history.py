@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -28,8 +29,10 @@ class History(Quiet):
         self._header, rows = whole_lines(path)
         kept = list(takewhile(lambda row: time_of(row) < begin, rows))
         self._due = self._after(time_of(kept[-1])) if kept else 0.0
-        if self._header:
-            write_text(path, "".join(f"{line}\n" for line in (self._header, *kept)))
+        if begin > 0.0 and not kept:
+            print(f"hydro: {path}: rows before t = {begin:.6g} are lost", file=sys.stderr)
+        if path.exists():
+            write_text(path, "".join(f"{line}\n" for line in (self._header, *kept) if line))
 
     def look(self, run: Run) -> None:
         now = run.state.time

@@ -11,7 +11,7 @@ from hydro.errors import CheckpointError, Complaint, DeckError
 from hydro.runs.checkpoint import Checkpoint, read_or_skip
 from hydro.runs.folder import DAMAGED, RunFolder
 
-CHANGEABLE = ("about", "output", "time")  # sections
+CHANGEABLE = ("about", "output", "movie", "time")  # sections
 FIXED = ("time.integrator",)
 
 

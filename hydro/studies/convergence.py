@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from itertools import groupby
 from typing import Any
 
-from hydro.deck import ConvergenceDeck, Deck, dumps
+from hydro.deck import ConvergenceDeck, Deck
 from hydro.deck.campaigns import Changes
 from hydro.errors import HydroError
 from hydro.runs.checkpoint import Checkpoint, read_checkpoint
@@ -34,7 +34,7 @@ def solve(deck: ConvergenceDeck, folder: RunFolder, quiet: bool = False) -> dict
     started, members = time.perf_counter(), members_of(deck)
     for ladder in ladders(deck, members):
         check_nested([member.deck for member in ladder], deck.convergence.reference)
-    folder.resume(dumps(deck))
+    folder.resume(deck)
     finished: list[Member] = []
     try:
         for member in counted(members, folder.path.name, quiet):

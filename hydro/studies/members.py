@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hydro.deck import Deck, changed, dumps
+from hydro.deck import Deck, changed
 from hydro.deck.campaigns import Changes, ConvergenceDeck, SweepDeck
 from hydro.runs.folder import RunFolder
 
@@ -27,23 +27,25 @@ def members_of(study: ConvergenceDeck | SweepDeck) -> list[Member]:
 
 def completed(deck: Deck, folder: RunFolder) -> dict[str, Any] | None:
     """The summary of a deck's run, if the folder holds that run, completed."""
-    if not (folder.holds(dumps(deck)) and folder.summary.exists()):
-        return None
-    summary = folder.read_summary()
-    return summary if summary["completed"] else None
+    summary = folder.read_summary() if folder.holds(deck) else {}
+    return summary if summary.get("completed") else None
 
 
 def run_member(deck: Deck, folder: RunFolder) -> dict[str, Any]:
-    """The summary of a deck's run, as summary.json has it; one that is completed in the folder is not repeated.
+    """The summary of a deck's run, as summary.json has it.
 
+    A run that is completed in the folder is not repeated, one that was begun there goes on from its newest checkpoint.
     A HydroError comes through, after what was good has been saved.
     """
     from hydro.kinds import KINDS  # which has the kinds of studies too
 
-    kept = completed(deck, folder)
+    kept, room = completed(deck, folder), KINDS[deck.kind]
     if kept is not None:
         return kept
-    KINDS[deck.kind].solve(deck, folder, True)
+    with folder.held():
+        begun = folder.holds(deck) and folder.saved()
+        run = room.resume if begun and room.resume is not None else room.solve
+        run(deck, folder, True)
     return folder.read_summary()
 
 
@@ -63,4 +65,4 @@ def chained(deck: Deck, folder: str, perturbation: dict[str, Any] | None) -> Dec
 
 def last_checkpoint(folder: RunFolder) -> Path:
     """The checkpoint of the last state of an evolution."""
-    return sorted(folder.checkpoints.glob("*.h5"))[-1]
+    return folder.saved()[-1]

@@ -30,10 +30,10 @@ def solve(deck: SweepDeck, folder: RunFolder, quiet: bool = False, scheduler: st
     if a signal came; in both cases what is finished is in the summary.
     """
     started, members = time.perf_counter(), members_of(deck)
-    found = {} if folder.anew or not folder.holds(dumps(deck)) else kept(deck, members, folder)
+    found = {} if folder.anew or not folder.holds(deck) else kept(deck, members, folder)
     left = [member for member in members if member.number not in found]
     with client_of(scheduler, len(left)) if left else contextlib.nullcontext() as client:
-        folder.resume(dumps(deck))
+        folder.resume(deck)
         try:
             for number, outcome in expected(run(client, deck, left, found, folder), len(left), folder.path.name, quiet):
                 found[number] = outcome

@@ -1,0 +1,388 @@
+"""Going on with a run: the same bits as without the interruption, whatever interrupted it."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+from conftest import PROBLEMS, summary_of
+from zygote import draw_nothing
+
+from hydro.cli import main
+from hydro.runs import trackers
+from hydro.runs.checkpoint import read_checkpoint
+from hydro.runs.frames import frames
+from hydro.runs.history import History
+
+INTEGRATORS = ("godunov", "lagrange-remap")
+SMALL = (
+    "mesh.cells=[8,16]", "time.end=2.0", "output.times=[0.7,2.0]", "output.checkpoint_every=0.45",
+    "output.history_every=0.05",
+)  # fmt: skip
+FRAMES = ("output.movie=true", "output.movie_every=0.1")
+MACHINE = {"wall_seconds", "cell_updates_per_second", "peak_memory_bytes", "compile_seconds"}  # of a summary
+STOPPED_AT = 17  # steps: between two checkpoints
+KILLS = 50
+SHORT = ("time.end=1.0", "output.times=[0.3,1.0]", "output.checkpoint_every=0.2")
+
+
+def deck(integrator):
+    return [str(PROBLEMS / "fig4.toml"), *SMALL, f"time.integrator={integrator}"]
+
+
+@pytest.fixture(autouse=True)
+def _no_pictures(monkeypatch):
+    draw_nothing(monkeypatch.setattr)
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Runs a small deck: (folder, exit code)."""
+
+    def run(integrator, *overrides, name="run"):
+        folder = tmp_path / name
+        return folder, main([*deck(integrator), *overrides, "--output", str(folder), "--quiet"])
+
+    return run
+
+
+def restart(folder, *overrides):
+    return main(["restart", str(folder), *overrides, "--quiet"])
+
+
+def outcome(folder):
+    """Everything that must not depend on interruptions, by name."""
+    saved = read_checkpoint(sorted(folder.glob("checkpoints/*.h5"))[-1])
+    return {
+        "books": repr([saved.steps, saved.rejected, saved.dt, saved.dt_limit, saved.set_by, saved.ledger]),
+        "snapshots": repr(saved.snapshots),
+        "conserved": saved.conserved.tobytes(),
+        **{name: values.tobytes() for name, values in saved.memory.items()},
+        "history": (folder / "history.csv").read_bytes(),
+        **{key: value for key, value in summary_of(folder).items() if key not in MACHINE},
+        **{path.name: path.read_bytes() for path in frames(folder / "frames")},
+    }
+
+
+def differences(folder, expected):
+    """Names of all that is not as expected in a folder."""
+    found = outcome(folder)
+    return [name for name in expected | found if found.get(name) != expected.get(name)]
+
+
+def at_step(monkeypatch, step, act):
+    """Call `act()` as the history looks at a run after that step, once."""
+    look = History.look
+
+    def look_and_act(self, run):
+        look(self, run)
+        if run.steps == step:
+            monkeypatch.setattr(History, "look", look)
+            act()
+
+    monkeypatch.setattr(History, "look", look_and_act)
+
+
+def send(number):
+    return lambda: os.kill(os.getpid(), number)
+
+
+class Clock:
+    """A clock that can be put forward."""
+
+    def __init__(self):
+        self.ahead = 0.0
+
+    def monotonic(self):
+        return time.monotonic() + self.ahead
+
+    def forward(self):
+        self.ahead += 1e6
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr(trackers, "time", clock)
+    return clock
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_run_stopped_by_a_signal_goes_on_to_the_same_bits(number, integrator, run, monkeypatch, capsys):
+    expected = outcome(run(integrator, *FRAMES, name="undisturbed")[0])
+    at_step(monkeypatch, STOPPED_AT, send(number))
+    folder, code = run(integrator, *FRAMES)
+    message = capsys.readouterr().err
+    assert code == 4 and number.name in message and f"restart {folder}" in message
+    stopped = summary_of(folder)
+    assert not stopped["completed"] and stopped["steps"] == STOPPED_AT
+    assert restart(folder) == 0
+    assert not differences(folder, expected)
+    assert len(frames(folder / "frames")) > 10
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_run_stopped_by_its_limit_of_time_goes_on_to_the_same_bits(integrator, run, clock, monkeypatch, capsys):
+    expected = outcome(run(integrator, name="undisturbed")[0])
+    at_step(monkeypatch, STOPPED_AT, clock.forward)
+    folder, code = run(integrator, "time.wall_limit=1e5")
+    assert code == 4 and "time.wall_limit = 100000 s" in capsys.readouterr().err
+    assert summary_of(folder)["steps"] == STOPPED_AT
+    assert restart(folder) == 0  # for another 1e5 seconds
+    assert not differences(folder, expected)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_signal_to_save_changes_nothing(integrator, run, monkeypatch):
+    expected = outcome(run(integrator, name="undisturbed")[0])
+    at_step(monkeypatch, STOPPED_AT, send(signal.SIGUSR1))
+    folder, code = run(integrator)
+    assert code == 0 and not differences(folder, expected)
+    saved = {path.name for path in folder.glob("checkpoints/*.h5")}
+    extra = saved - {path.name for path in folder.parent.glob("undisturbed/checkpoints/*.h5")}
+    assert [name.partition("_")[0] for name in extra] == [f"{STOPPED_AT:08d}"]
+
+
+def test_a_signal_at_the_last_step_leaves_only_the_closing_to_do(run, monkeypatch):
+    undisturbed, _ = run("godunov", name="undisturbed")
+    expected = outcome(undisturbed)
+    at_step(monkeypatch, summary_of(undisturbed)["steps"], send(signal.SIGTERM))
+    folder, code = run("godunov")
+    assert code == 4 and summary_of(folder)["time"] == 2.0
+    assert restart(folder) == 0 and not differences(folder, expected)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_frames_later_than_the_checkpoint_are_taken_again(integrator, run):
+    """As after a kill: of all that is later than one of the checkpoints only that is kept which cannot be known."""
+    folder, _ = run(integrator, *FRAMES)
+    expected = outcome(folder)
+    saved = sorted(folder.glob("checkpoints/*.h5"))
+    back_to = read_checkpoint(saved[2]).time
+    for path in saved[3:]:
+        path.unlink()
+    earlier = {path: path.stat().st_mtime_ns for path in frames(folder / "frames") if float(path.stem[1:]) < back_to}
+    late = folder / "frames" / f"t{back_to + 1e-3!r}.h5"
+    late.write_bytes(b"")
+    assert restart(folder) == 0 and not differences(folder, expected)
+    assert earlier and {path: path.stat().st_mtime_ns for path in earlier} == earlier
+    assert not late.exists()
+
+
+def test_a_complete_run_says_so_and_goes_further_when_told(run, capsys):
+    folder, _ = run("lagrange-remap")
+    expected = outcome(folder)
+    assert restart(folder) == 0
+    assert "complete at t = 2" in capsys.readouterr().err and not differences(folder, expected)
+    rows = expected["history"].splitlines()
+    assert restart(folder, "time.end=2.5", "output.times=[0.7,2.0,2.5]") == 0
+    assert summary_of(folder)["time"] == 2.5
+    assert [row["time"] for row in summary_of(folder)["snapshots"]] == [0.7, 2.0, 2.5]
+    assert (folder / "history.csv").read_bytes().splitlines()[: len(rows) - 1] == rows[:-1]
+    assert restart(folder, "time.end=1.0", "output.times=[]") == 2
+    assert "time.end" in capsys.readouterr().err and summary_of(folder)["time"] == 2.5
+
+
+@pytest.mark.parametrize(
+    ("override", "key"),
+    [
+        ("gas.f=0.03", "gas.f"),
+        ("wall.W=100.0", "wall.W"),
+        ("mesh.cells=[16,16]", "mesh.cells"),
+        ("time.integrator=godunov", "time.integrator"),
+        ("scheme.limiter=mc", "scheme.limiter"),
+        ("initial.amplitude=0.2", "initial.amplitude"),
+    ],
+)
+def test_another_problem_is_refused(override, key, run, monkeypatch, capsys):
+    at_step(monkeypatch, STOPPED_AT, send(signal.SIGTERM))
+    folder, _ = run("lagrange-remap")
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file() and path.name != ".lock"}
+    capsys.readouterr()
+    assert restart(folder, override) == 2
+    message = capsys.readouterr().err
+    assert f"{key}: " in message and "was started with" in message
+    assert {path: path.read_bytes() for path in before} == before
+
+
+@pytest.mark.parametrize("words", [("restart",), ("restart", "nothing_there"), ("restart", ".")])
+def test_what_is_no_run_cannot_go_on(words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    try:
+        code = main(list(words))
+    except SystemExit as error:  # of the parser
+        code = error.code
+    assert code == 2 and "Traceback" not in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+# What is kept
+
+
+def times_in(page):
+    return [float(at.get("Value")) for at in ElementTree.parse(page).iter("Time")]
+
+
+def check_series(folder):
+    """The XDMF page names the checkpoints that are there, with their times."""
+    saved = sorted(folder.glob("checkpoints/*.h5"))
+    named = {item.text.partition(":")[0] for item in ElementTree.parse(folder / "checkpoints.xdmf").iter("DataItem")}
+    assert named == {f"checkpoints/{path.name}" for path in saved}
+    assert times_in(folder / "checkpoints.xdmf") == [read_checkpoint(path).time for path in saved]
+
+
+def times_saved(folder):
+    return [float(path.stem.partition("_t")[2]) for path in sorted(folder.glob("checkpoints/*.h5"))]
+
+
+@pytest.mark.parametrize(
+    ("keep", "kept"), [("1", [0.7, 1.8, 2.0]), ("3", [0.7, 0.9, 1.35, 1.8, 2.0]), ("9", [0.45, 0.7, 0.9, 1.35, 1.8, 2])]
+)
+def test_the_newest_are_kept_beside_those_asked_for(keep, kept, run, monkeypatch):
+    folder, _ = run("godunov", f"output.keep={keep}")
+    assert times_saved(folder) == kept
+    check_series(folder)
+    at_step(monkeypatch, STOPPED_AT, send(signal.SIGTERM))
+    stopped, _ = run("godunov", f"output.keep={keep}", name="stopped")
+    check_series(stopped)
+    assert restart(stopped) == 0
+    assert len(times_saved(stopped)) <= len(kept) + (keep == "9")  # there is room for that of the signal
+    check_series(stopped)
+
+
+def test_checkpoints_by_wall_clock_replace_each_other(run, clock, monkeypatch):
+    """An hour passes between any two steps."""
+    look = History.look
+
+    def look_for_long(self, run):
+        look(self, run)
+        clock.forward()
+
+    words = ("output.checkpoint_every=10.0", "output.checkpoint_seconds=3600")
+    expected = outcome(run("godunov", *words, name="undisturbed")[0])
+    monkeypatch.setattr(History, "look", look_for_long)
+    folder, _ = run("godunov", *words)
+    assert not differences(folder, expected)
+    steps = [int(path.name.partition("_")[0]) for path in sorted(folder.glob("checkpoints/*.h5"))]
+    last = summary_of(folder)["steps"]
+    assert len(steps) == 4 and steps[1:] == [last - 2, last - 1, last]
+    check_series(folder)
+
+
+def test_a_kill_between_a_checkpoint_and_its_clean_up_leaves_nothing_behind(run, monkeypatch):
+    """The checkpoint is written; what it replaces is not yet removed, nor does the page know of it."""
+
+    class Killed(BaseException):
+        pass
+
+    undisturbed, _ = run("godunov", "output.keep=1", name="undisturbed")
+    write = "hydro.runs.evolution.write_checkpoint"
+    from hydro.runs.checkpoint import write_checkpoint
+
+    def write_and_die(path, saved):
+        write_checkpoint(path, saved)
+        if "t1.35" in path.name:
+            raise Killed
+
+    monkeypatch.setattr(write, write_and_die)
+    with pytest.raises(Killed):
+        run("godunov", "output.keep=1")
+    monkeypatch.setattr(write, write_checkpoint)
+    folder = undisturbed.parent / "run"
+    assert times_saved(folder) == [0.7, 0.9, 1.35]
+    assert restart(folder) == 0
+    assert times_saved(folder) == times_saved(undisturbed) and not differences(folder, outcome(undisturbed))
+
+
+# kill -9
+
+
+class Zygote:
+    """See zygote.py."""
+
+    def __init__(self, *warm_up):
+        self.process = subprocess.Popen(
+            [sys.executable, Path(__file__).with_name("zygote.py")],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            env={**os.environ, "NUMBA_THREADING_LAYER": "workqueue"},  # OpenMP forbids to fork
+        )  # fmt: skip
+        self._say(warm_up)
+
+    def start(self, words, errors):
+        """The id of a new process that runs a command."""
+        return self._ask([words, str(errors)])
+
+    def wait(self, child):
+        """Its exit code, when it has ended."""
+        return self._ask(child)
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait(60)
+
+    def _say(self, what):
+        print(json.dumps(what), file=self.process.stdin, flush=True)
+
+    def _ask(self, what):
+        self._say(what)
+        return int(self.process.stdout.readline())
+
+
+@pytest.fixture(scope="module")
+def zygote():
+    zygote = Zygote(*map(deck, INTEGRATORS))
+    yield zygote
+    zygote.close()
+
+
+@pytest.fixture
+def memory(tmp_path):
+    """A folder in memory, where there is one: a kill does not care for disks, and they are slow."""
+    place = "/dev/shm" if os.access("/dev/shm", os.W_OK) else tmp_path
+    with tempfile.TemporaryDirectory(dir=place) as folder:
+        yield Path(folder)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_run_killed_at_random_moments_ends_in_the_same_bits(integrator, zygote, memory):
+    """25 kills for each integrator: in one run until it ends nevertheless, then in the next."""
+    chance, errors = random.Random(f"kill {integrator}"), memory / "errors"
+    words = [*deck(integrator), *SHORT, "output.keep=2", *FRAMES, "--quiet"]
+    started = time.monotonic()
+    assert zygote.wait(zygote.start([*words, "--output", str(memory / "undisturbed")], errors)) == 0
+    length = time.monotonic() - started
+    expected = outcome(memory / "undisturbed")
+    killed, restarts = 0, 0
+    for number in itertools.count():
+        folder = memory / f"run{number}"
+        command = [*words, "--output", str(folder)]
+        while True:
+            child = zygote.start(command, errors)
+            if killed < KILLS // 2:
+                time.sleep(chance.uniform(0.0, length))
+                os.kill(child, signal.SIGKILL)
+            code = zygote.wait(child)
+            if code != -signal.SIGKILL:
+                break
+            killed += 1
+            if (folder / "deck.toml").exists():
+                command, restarts = ["restart", str(folder), "--quiet"], restarts + 1
+        assert code == 0, errors.read_text()
+        assert not differences(folder, expected)
+        check_series(folder)
+        assert times_saved(folder) == times_saved(memory / "undisturbed")
+        assert not list(folder.rglob(".partial-*"))
+        if killed >= KILLS // 2:
+            break
+    assert restarts > KILLS // 4  # others fell before the run had begun
