@@ -127,7 +127,7 @@ def _group(file: h5py.File, name: str, long_name: str) -> h5py.Group:
 
 
 def _dataset(parent: h5py.Group, name: str, values: Any, long_name: str, unit: str) -> None:
-    dataset = parent.create_dataset(name, data=np.asarray(values, float))
+    dataset = parent.create_dataset(name, data=np.asarray(values))
     dataset.attrs.update(long_name=long_name, units=unit)
 
 
