@@ -23,7 +23,7 @@ from hydro.gas import Grossman
 from hydro.mesh import Mesh
 from hydro.runs.checkpoint import read_checkpoint
 from hydro.runs.folder import RunFolder
-from hydro.runs.history import read_history
+from hydro.runs.history import read_rows
 from hydro.runs.observables import centre_of_mass, clusters
 from hydro.runs.trackers import StopOnSignal
 from hydro.state import State
@@ -93,7 +93,7 @@ def test_rejected_steps_are_remembered(run_deck, signalled):
     """A strong shock, whose first steps are too long: the limit that a rejection sets holds after a restart too."""
     words = ("mesh.cells=[64,4]", "initial.right=[0.01,0,1e-9]", "scheme.riemann=hllc", "time.cfl=1.0")
     whole, code = run_deck("sod", *words, "time.end=0.02", "output.times=[0.02]", folder="whole")
-    rows = read_history(whole / "history.csv")
+    rows = read_rows(whole / "history.csv")
     assert code == 0
     signalled(signal.SIGTERM, *np.linspace(1, rows["steps"][-1], 6).astype(int).tolist()[:-1])
     pieces, code = run_deck("sod", *words, "time.end=0.02", "output.times=[0.02]", folder="pieces")
@@ -313,7 +313,7 @@ def test_the_revision_is_that_of_the_checkout_that_holds_the_package(tmp_path, m
 
 def test_a_row_of_history_for_every_step(run_deck):
     folder, _ = run_deck("fig4", *SMALL, "output.history_every=0")
-    rows, summary = read_history(folder / "history.csv"), summary_of(folder)
+    rows, summary = read_rows(folder / "history.csv"), summary_of(folder)
     assert rows["steps"].tolist() == list(range(summary["steps"] + 1))
     assert np.diff(rows["time"]) == pytest.approx(rows["dt"][1:], rel=1e-9)
     assert {name: rows[f"steps_by_{name}"][-1] for name in summary["steps_by"]} == summary["steps_by"]
