@@ -40,7 +40,7 @@ TOLERANCE = 3e-4  # when a deck gives none
 LONGER, SHORTER = 1.5, 0.3  # limits of a change of the step
 SAFETY = 0.9
 REJECTED = 2.0  # times the tolerance
-SOLVED = 1e-8  # largest relative error of pressure and temperature, estimated from changes and contraction
+SOLVED = 1e-9  # largest relative error of pressure and temperature, estimated from changes and contraction
 SLOWEST = 0.99  # contraction of the iteration that this estimate reckons with; it takes the slowest in a step
 ITERATIONS = 40
 FIRST_STEP = 0.1  # of the time in which sound crosses a cell
@@ -666,22 +666,24 @@ def couple_line(geometry, T, kappa, kappa_P, kappa_T, flow, energy, push, conduc
 
 @kernel
 def correct(change, mixed, suggested, taken, P, T):
-    """Change the unknowns as the cycle suggests, mixed with the last step; returns the largest relative change.
+    """Change the unknowns as the cycle suggests, mixed with the last step; returns its largest relative suggestion.
 
     change: (2, nx, ny + 2), what the cycle suggests. suggested, taken: (2, nx, ny), what it suggested the last time
     and what was done then; they are set anew. Mixing is Anderson's (1965) of depth one, in the mean square of relative
     changes: it takes care of a single smooth mode that the cycle meets badly. No unknown changes by more than half.
     """
     weight = mixing(change, suggested, P, T) if mixed else 0.0
-    largest = 0.0
+    largest, wanted = 0.0, 0.0
     for i in range(P.shape[0]):
         for q, unknown in enumerate((P, T)):
             new, old, last, values = change[q, i], suggested[q, i], taken[q, i], unknown[i]
             for j in range(np.uint64(values.size)):
                 last[j] = new[j + ONE] - weight * (last[j] + new[j + ONE] - old[j])
                 old[j] = new[j + ONE]
-                size = abs(last[j] / values[j])
+                over = 1.0 / values[j]
+                size, wish = abs(last[j] * over), abs(old[j] * over)
                 largest = largest if size <= largest else size
+                wanted = wanted if wish <= wanted else wish
     share = min(1.0, 0.5 / largest) if largest > 0.0 else 1.0
     for i in range(P.shape[0]):
         for q, unknown in enumerate((P, T)):
@@ -689,7 +691,7 @@ def correct(change, mixed, suggested, taken, P, T):
             for j in range(np.uint64(values.size)):
                 last[j] *= share
                 values[j] += last[j]
-    return largest
+    return wanted
 
 
 @part
