@@ -43,6 +43,14 @@ ODD = st.one_of(
 # From models to strategies
 
 
+def in_order(values: list) -> list:
+    """Sorted, where they have an order: odd values have none."""
+    try:
+        return sorted(values)
+    except TypeError:
+        return values
+
+
 @cache
 def sections(model: type[Section]) -> st.SearchStrategy[dict[str, Any]]:
     """Tables with all required keys of `model`, and some of the others."""
@@ -74,7 +82,7 @@ def of(annotation: Any, metadata: Any, key: str) -> st.SearchStrategy[Any]:
         items = of(parts[0], [], key)
         if isinstance(parts[0], type) and issubclass(parts[0], Section):
             return st.lists(items, max_size=3)
-        return st.lists(items, min_size=1, max_size=3, unique=True).map(sorted)
+        return st.lists(items, min_size=1, max_size=3, unique_by=repr).map(in_order)
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return sections(annotation)
     return PLAIN[annotation](bounds(metadata), key) if annotation in PLAIN else ODD
@@ -128,6 +136,7 @@ def places(model: type[Section], above: tuple[str, ...] = ()) -> Iterator[tuple[
             yield from places(inner, (*above, key)) if inner else ()
 
 
+SINGLE = sorted(set(KINDS) - {"convergence", "sweep"})  # decks of studies name keys of other decks: not generated yet
 PLACES = {kind: dict(places(model)) for kind, model in KINDS.items()}
 ANYWHERE = st.sampled_from(sorted({place for known in PLACES.values() for place in known}))
 NONSENSE = st.lists(st.text(min_size=1, max_size=5), min_size=1, max_size=3).map(tuple)
@@ -137,7 +146,7 @@ WHERE = {kind: st.one_of(st.sampled_from(sorted(known)), ANYWHERE, NONSENSE) for
 @st.composite
 def decks(draw) -> dict[str, Any]:
     """A deck of any kind; some have values or keys put in, or taken out, without regard to what is allowed."""
-    kind = draw(st.sampled_from(sorted(KINDS)))
+    kind = draw(st.sampled_from(SINGLE))
     deck = draw(sections(KINDS[kind]))
     for _ in range(draw(st.sampled_from((0, 0, 0, 1, 2)))):
         *above, last = draw(WHERE[kind])
@@ -194,7 +203,8 @@ def test_generated_decks(tmp_path, capsys):
     assert codes.total() == 2000 and codes[0] > 400 and codes[2] > 400
 
 
-BASES = {path: tomllib.loads(path.read_text(encoding="utf-8"))["kind"] for path in sorted(PROBLEMS.glob("*.toml"))}
+KINDS_OF = {path: tomllib.loads(path.read_text(encoding="utf-8"))["kind"] for path in sorted(PROBLEMS.glob("*.toml"))}
+BASES = {path: kind for path, kind in KINDS_OF.items() if kind in SINGLE}
 
 
 @st.composite

@@ -327,9 +327,16 @@ def test_without_a_bifurcation_the_extended_states_are_kept(run_text):
     assert summary["completed"] is False and len(summary["points"]) == 5
 
 
-@pytest.mark.parametrize("override", ["wall.W=1e300", "gas.L=1e300", "gas.L=1e-300", "gas.K=1e300", "gas.f=1e-300"])
+@pytest.mark.parametrize("key", ["wall.W", "gas.L", "gas.K", "gas.f"])
+@pytest.mark.parametrize("value", ["1e300", "1e-300"])
+def test_numbers_beyond_all_bounds_are_refused_by_name(run_text, key, value):
+    folder, code, error = run_text(STEADY, f"{key}={value}")
+    assert code == 2 and f"{key}: " in error and not folder.exists()
+
+
+@pytest.mark.parametrize("override", ["wall.W=1e30", "gas.L=1e30", "gas.L=1e-30", "gas.K=1e30", "gas.f=1e-30"])
 @pytest.mark.filterwarnings("error")
-def test_numbers_beyond_all_bounds_fail_with_a_message(run_text, override):
+def test_numbers_beyond_all_reason_fail_with_a_message(run_text, override):
     _, code, error = run_text(STEADY, override)
     assert code in (0, 3) and "Traceback" not in error
 

@@ -547,6 +547,16 @@ def test_a_signal_stops_a_sweep_that_then_goes_on(number, tmp_path):
     assert all((path / "summary.json").stat().st_mtime_ns == stamp for path, stamp in stamps.items())
 
 
+def test_a_sweep_without_its_summary_whose_members_are_all_completed_is_put_together(run_text):
+    folder, code = run_text(SWEEP)
+    assert code == 0
+    table = (folder / "table.csv").read_text()
+    for name in ("summary.json", "table.csv"):
+        (folder / name).unlink()
+    assert run_text(SWEEP)[1] == 0
+    assert summary_of(folder)["completed"] and (folder / "table.csv").read_text() == table
+
+
 def test_schedulers_that_cannot_be_used(run_text, capsys):
     folder, code = run_text(SWEEP, "--scheduler", "tcp://127.0.0.1:9")
     assert code == 2 and "no Dask scheduler answers at 'tcp://127.0.0.1:9'" in capsys.readouterr().err

@@ -14,6 +14,14 @@ from matplotlib.figure import Figure
 from hydro.pictures.branches import LABELS
 from hydro.pictures.style import publish
 
+WORDS = {
+    "wall_max": "largest $n/n_c$ on the wall $x=0$",
+    "wall_min": "smallest $n/n_c$ on the wall $x=0$",
+    "gas_density": "$n/n_c$ at the wall $x=1$",
+    "half_waves": "number of half-waves across the box",
+    "drift": r"$|d\,\log n/dt|$ on the wall $x=0$",
+    "growth_rate": r"growth rate $\lambda L_x/T_*^{1/2}$",
+}
 COLUMNS = 3
 MOST_PANELS = 12
 
@@ -49,7 +57,7 @@ def maps(path: Path, values: Any, plane: Sequence[str]) -> None:
         axis.set_title(title, fontsize=9)
         axis.set_xlabel(label(plane[0]))
         axis.set_ylabel(label(plane[1]))
-    figure.colorbar(shades, ax=list(axes), label=str(values.name).replace("_", " "))
+    figure.colorbar(shades, ax=list(axes), label=said(values.name))
     publish(figure, path)
 
 
@@ -63,7 +71,7 @@ def curves(path: Path, values: Any, along: str, chain: bool) -> None:
         if chain:
             arrows(axis, x, y, line.get_color())
     axis.set_xlabel(label(along))
-    axis.set_ylabel(str(values.name).replace("_", " "))
+    axis.set_ylabel(said(values.name))
     if values.ndim > 1:
         axis.legend(fontsize=8)
     publish(figure, path)
@@ -87,6 +95,11 @@ def slices(values: Any, kept: Sequence[str]) -> Iterator[tuple[str, Any]]:
 def label(key: str) -> str:
     """What stands beside an axis."""
     return LABELS.get(key.rpartition(".")[2], key)
+
+
+def said(name: str) -> str:
+    """A number of a run in words."""
+    return WORDS.get(name, name.replace("_", " "))
 
 
 def shown(key: str, value: Any) -> str:

@@ -299,7 +299,7 @@ class Keeper:
         lines = [str(error)]
         try:
             self.finish(run, compile_seconds, completed=False)
-        except OSError as worse:
+        except (OSError, ValueError) as worse:
             lines.append(f"not all could be saved: {worse}")
         if saved := self.folder.saved():
             lines.append(f"the last good state is saved in {saved[-1]}")

@@ -35,7 +35,8 @@ def solve(deck: SweepDeck, folder: RunFolder, quiet: bool = False, scheduler: st
     with client_of(scheduler, len(left)) if left else contextlib.nullcontext() as client:
         folder.resume(deck)
         try:
-            for number, outcome in expected(run(client, deck, left, found, folder), len(left), folder.path.name, quiet):
+            results = run(client, deck, left, found, folder) if left else ()
+            for number, outcome in expected(results, len(left), folder.path.name, quiet):
                 found[number] = outcome
         except KeyboardInterrupt:
             finish(deck, folder, members, found, started)
