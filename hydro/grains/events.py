@@ -70,13 +70,20 @@ class Arena(NamedTuple):
 
 
 @inline(exact=True)
+def place(motion, i, time):
+    """Where grain i is at a time, if nothing happens to it."""
+    flight = time - motion[i, TIME]
+    return motion[i, X] + motion[i, VX] * flight, motion[i, Y] + motion[i, VY] * flight
+
+
+@inline(exact=True)
 def meeting(motion, i, j, shift_x, shift_y, diameter):
     """When grains i and j touch, with j displaced by the shifts; infinite if never."""
     reference = max(motion[i, TIME], motion[j, TIME])
-    flight_i, flight_j = reference - motion[i, TIME], reference - motion[j, TIME]
     u, v = motion[j, VX] - motion[i, VX], motion[j, VY] - motion[i, VY]
-    x = (motion[j, X] + motion[j, VX] * flight_j) - (motion[i, X] + motion[i, VX] * flight_i) + shift_x
-    y = (motion[j, Y] + motion[j, VY] * flight_j) - (motion[i, Y] + motion[i, VY] * flight_i) + shift_y
+    x_i, y_i = place(motion, i, reference)
+    x_j, y_j = place(motion, j, reference)
+    x, y = x_j - x_i + shift_x, y_j - y_i + shift_y
     closing = -(x * u + y * v)
     if closing <= 0.0:
         return math.inf
@@ -87,16 +94,22 @@ def meeting(motion, i, j, shift_x, shift_y, diameter):
     return reference + max(outside, 0.0) / (closing + math.sqrt(discriminant))
 
 
+@inline(exact=True)
+def around(cell, cells):
+    """How often one goes round a periodic box to a cell beyond its border: -1, 0 or 1."""
+    return (cell >= cells) - (cell < 0)
+
+
 @part(exact=True)
 def look_into(grains, arena, i, first_column, last_column, first_row, last_row):
     """Take note of the earliest collision of grain i in a block of cells, if it is earlier than what is known."""
     motion, links, heads = grains.motion, grains.links, grains.heads
     earliest, partner = motion[i, COLLISION], links[i, PARTNER]
     for column in range(first_column, last_column + 1):
-        across_x = (column >= arena.columns) - (column < 0)
+        across_x = around(column, arena.columns)
         in_column = heads[column - across_x * arena.columns]
         for row in range(first_row, last_row + 1):
-            across_y = (row >= arena.rows) - (row < 0)
+            across_y = around(row, arena.rows)
             j = in_column[row - across_y * arena.rows]
             while j >= 0:
                 if j != i:
@@ -168,18 +181,25 @@ def exit_of(grains, arena, i):
     return in_y, 0, step_y
 
 
-@part(exact=True)
-def foresee(grains, arena, wall, i):
-    """The next event of grain i."""
-    motion, links = grains.motion, grains.links
-    motion[i, COLLISION] = math.inf
-    links[i, PARTNER] = NOBODY
-    first_column, last_column = near(links[i, COLUMN], arena.columns, arena.periodic_x)
-    first_row, last_row = near(links[i, ROW], arena.rows, arena.periodic_y)
+@inline(exact=True)
+def look_out(grains, arena, wall, i, first_column, last_column, first_row, last_row):
+    """The next event of grain i: what is known already, or what comes from a block of cells, from walls or borders."""
+    motion = grains.motion
     look_into(grains, arena, i, first_column, last_column, first_row, last_row)
     look_at_walls(grains, arena, wall, i)
     motion[i, EXIT] = motion[i, TIME] + exit_of(grains, arena, i)[0]
     reschedule(grains.queue, i, min(motion[i, COLLISION], motion[i, EXIT]))
+
+
+@part(exact=True)
+def foresee(grains, arena, wall, i):
+    """The next event of grain i, of which nothing is known yet."""
+    links = grains.links
+    grains.motion[i, COLLISION] = math.inf
+    links[i, PARTNER] = NOBODY
+    first_column, last_column = near(links[i, COLUMN], arena.columns, arena.periodic_x)
+    first_row, last_row = near(links[i, ROW], arena.rows, arena.periodic_y)
+    look_out(grains, arena, wall, i, first_column, last_column, first_row, last_row)
 
 
 @part(exact=True)
@@ -191,8 +211,7 @@ def change_cell(grains, arena, wall, i):
     motion, links = grains.motion, grains.links
     _, step_x, step_y = exit_of(grains, arena, i)
     column, row = links[i, COLUMN] + step_x, links[i, ROW] + step_y
-    across_x = (column >= arena.columns) - (column < 0)
-    across_y = (row >= arena.rows) - (row < 0)
+    across_x, across_y = around(column, arena.columns), around(row, arena.rows)
     column -= across_x * arena.columns
     row -= across_y * arena.rows
     leave_cell(grains, i)
@@ -213,10 +232,7 @@ def change_cell(grains, arena, wall, i):
         first_row = row + 1
     if step_y < 0:
         last_row = row - 1
-    look_into(grains, arena, i, first_column, last_column, first_row, last_row)
-    look_at_walls(grains, arena, wall, i)
-    motion[i, EXIT] = motion[i, TIME] + exit_of(grains, arena, i)[0]
-    reschedule(grains.queue, i, min(motion[i, COLLISION], motion[i, EXIT]))
+    look_out(grains, arena, wall, i, first_column, last_column, first_row, last_row)
 
 
 @inline(exact=True)
@@ -245,8 +261,7 @@ def enter_cell(grains, i, column, row):
 @inline(exact=True)
 def fly(motion, i, time):
     """Bring grain i to a time."""
-    motion[i, X] += motion[i, VX] * (time - motion[i, TIME])
-    motion[i, Y] += motion[i, VY] * (time - motion[i, TIME])
+    motion[i, X], motion[i, Y] = place(motion, i, time)
     motion[i, TIME] = time
 
 
@@ -360,6 +375,7 @@ def smallest_gap(grains, arena, time):
     motion, links = grains.motion, grains.links
     smallest = math.inf
     for i in range(motion.shape[0]):
+        x_i, y_i = place(motion, i, time)
         first_column, last_column = near(links[i, COLUMN], arena.columns, arena.periodic_x)
         first_row, last_row = near(links[i, ROW], arena.rows, arena.periodic_y)
         for column in range(first_column, last_column + 1):
@@ -367,12 +383,9 @@ def smallest_gap(grains, arena, time):
                 j = grains.heads[column % arena.columns, row % arena.rows]
                 while j >= 0:
                     if j < i:
-                        x = motion[j, X] + motion[j, VX] * (time - motion[j, TIME])
-                        y = motion[j, Y] + motion[j, VY] * (time - motion[j, TIME])
-                        x -= motion[i, X] + motion[i, VX] * (time - motion[i, TIME])
-                        y -= motion[i, Y] + motion[i, VY] * (time - motion[i, TIME])
-                        x = nearest_image(x, 1.0, arena.periodic_x)
-                        y = nearest_image(y, arena.length_y, arena.periodic_y)
+                        x_j, y_j = place(motion, j, time)
+                        x = nearest_image(x_j - x_i, 1.0, arena.periodic_x)
+                        y = nearest_image(y_j - y_i, arena.length_y, arena.periodic_y)
                         smallest = min(smallest, x * x + y * y)
                     j = links[j, NEXT]
     return math.sqrt(smallest) / arena.diameter - 1.0

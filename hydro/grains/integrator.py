@@ -12,28 +12,23 @@ import numpy as np
 from hydro.deck import GrainsDeck
 from hydro.dynamics.integrator import Exchange, Integrator
 from hydro.errors import Complaint, DeckError
-from hydro.grains import events
+from hydro.grains import events, walls
 from hydro.grains.dynamics import Dynamics, arena
 from hydro.grains.fields import density_scale, fields
 from hydro.grains.placement import number_of_grains, placed
-from hydro.grains.walls import DRIVES
 from hydro.registry import Registry
 from hydro.setup import mesh_of
 from hydro.state import State
 
 SAMPLES = 40  # looks at the fields that make an average
 
-WALL_OPTIONS: Registry[Callable[[Any], dict[str, float]]] = Registry("driving wall of grains")
-WALL_OPTIONS.add("elastic", lambda deck: {})
-WALL_OPTIONS.add("thermal", lambda deck: {"temperature": deck.wall.temperature})
-WALL_OPTIONS.add("random-phase", lambda deck: {"speed": wall_speed(deck)})
-WALL_OPTIONS.add(
-    "sinusoidal",
-    lambda deck: {
-        "amplitude": deck.grains.amplitude, "omega": wall_speed(deck) / deck.grains.amplitude, "period": period(deck),
-    },
-)  # fmt: skip
-WALL_OPTIONS.add("sawtooth", lambda deck: {"amplitude": deck.grains.amplitude, "period": period(deck)})
+# The driving wall of a deck: by the kind of its wall or, of one that vibrates, by how.
+DRIVES: Registry[Callable[[Any], Any]] = Registry("driving wall of grains")
+DRIVES.add("elastic", lambda deck: walls.ElasticWall())
+DRIVES.add("thermal", lambda deck: walls.ThermalWall(deck.wall.temperature))
+DRIVES.add("random-phase", lambda deck: walls.RandomPhaseWall(wall_speed(deck)))
+DRIVES.add("sinusoidal", lambda deck: walls.SinusoidalWall(deck.grains.amplitude, omega(deck), period(deck)))
+DRIVES.add("sawtooth", lambda deck: walls.SawtoothWall(deck.grains.amplitude, period(deck)))
 
 
 def wall_speed(deck: Any) -> float:
@@ -41,9 +36,14 @@ def wall_speed(deck: Any) -> float:
     return math.sqrt(deck.gas.K * deck.wall.W * math.sqrt(math.pi / 2.0))
 
 
+def omega(deck: Any) -> float:
+    """Angular frequency of the vibration."""
+    return wall_speed(deck) / deck.grains.amplitude
+
+
 def period(deck: Any) -> float:
     """2 pi/omega of the vibration."""
-    return 2.0 * math.pi * deck.grains.amplitude / wall_speed(deck)
+    return 2.0 * math.pi / omega(deck)
 
 
 def wall_kind(deck: GrainsDeck) -> str:
@@ -65,12 +65,11 @@ def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:
 
 def dynamics_from(deck: GrainsDeck, positions: np.ndarray, velocities: np.ndarray) -> Dynamics:
     """The grains of a deck, where they are told to be; shapes (N, 2). ValueError where the box has too few cells."""
-    kind, periodic = wall_kind(deck), mesh_of(deck).periodic
     box = arena(
-        deck.gas.diameter, deck.gas.restitution, deck.box.aspect_ratio, len(positions), periodic,
+        deck.gas.diameter, deck.gas.restitution, deck.box.aspect_ratio, len(positions), mesh_of(deck).periodic,
         deck.grains.contact_time,
     )  # fmt: skip
-    return Dynamics(box, DRIVES[kind](**WALL_OPTIONS[kind](deck)), positions, velocities, deck.grains.seed)
+    return Dynamics(box, DRIVES[wall_kind(deck)](deck), positions, velocities, deck.grains.seed)
 
 
 def dynamics_again(deck: GrainsDeck, memory: dict[str, np.ndarray]) -> Dynamics:
@@ -106,14 +105,18 @@ class GrainsIntegrator(Integrator):
 
     def step(self, state: State, dt: float) -> Exchange:
         """Run all events in `dt` and take the fields; what walls gave and collisions took is summed event by event."""
-        before = self.grains.grains.sums.copy()
+        before = self._exchanged()
         state.time += dt
         self.grains.advance(state.time)
         state.conserved[:] = fields(self.grains, state.mesh)
         self.samples.append(Sample(state.time, state.conserved.copy(), self.grains.sum(events.VIRIAL)))
-        wall, lost = (self.grains.grains.sums - before)[[events.WALL_ENERGY, events.LOSS]]
-        scale = density_scale(self.grains.arena.diameter)
-        return Exchange(wall=float(wall) / scale, collisions=float(lost) / scale)
+        wall, lost = (self._exchanged() - before).tolist()
+        return Exchange(wall=wall, collisions=lost)
+
+    def _exchanged(self) -> np.ndarray:
+        """Energy that the driving wall has given so far, and that collisions have taken."""
+        sums = np.array([self.grains.sum(which) for which in (events.WALL_ENERGY, events.LOSS)])
+        return sums / density_scale(self.grains.arena.diameter)
 
     def memory(self) -> dict[str, np.ndarray]:
         """The grains, and the looks at them."""

@@ -8,13 +8,10 @@ length L_x, velocity T_*^(1/2).
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hydro.grains.random import normal, rayleigh, uniform
 from hydro.jit import compiled_methods, inline
-from hydro.registry import Registry
-
-DRIVES: Registry[Any] = Registry("driving wall of grains")
 
 NEVER = math.inf
 FASTEST_GRAZE = 1e-9  # of the wall's speed: a grain leaves the wall at this speed or more, relative to it
@@ -27,7 +24,6 @@ def meeting_at_rest(x, v):
     return max(1.0 - x, 0.0) / v if v > 0.0 else NEVER
 
 
-@DRIVES.register("elastic")
 @compiled_methods(exact=True)
 class ElasticWall(NamedTuple):
     """A wall at rest that reflects."""
@@ -43,7 +39,6 @@ class ElasticWall(NamedTuple):
         return -vx, vy
 
 
-@DRIVES.register("thermal")
 @compiled_methods(exact=True)
 class ThermalWall(NamedTuple):
     """Grains leave with the flux of a Maxwellian."""
@@ -61,7 +56,6 @@ class ThermalWall(NamedTuple):
         return -speed * rayleigh(random), speed * normal(random)
 
 
-@DRIVES.register("random-phase")
 @compiled_methods(exact=True)
 class RandomPhaseWall(NamedTuple):
     """The limit of small amplitude: at rest, but its velocity at an impact is that of a sinusoidal wall, u cos(phase).
@@ -85,7 +79,6 @@ class RandomPhaseWall(NamedTuple):
         return vx, vy
 
 
-@DRIVES.register("sinusoidal")
 @compiled_methods(exact=True)
 class SinusoidalWall(NamedTuple):
     """The wall itself, at 1 + A cos(omega time)."""
@@ -130,7 +123,6 @@ class SinusoidalWall(NamedTuple):
         return wall - max(vx - wall, least), vy
 
 
-@DRIVES.register("sawtooth")
 @compiled_methods(exact=True)
 class SawtoothWall(NamedTuple):
     """Moves from 1 + A to 1 - A at constant speed, and is back at once."""

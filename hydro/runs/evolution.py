@@ -141,7 +141,7 @@ def close_with_movie(deck: RunDeck, folder: RunFolder, quiet: bool) -> None:
         raise RunFailed(f"the run is complete and saved in {folder.path}, but not its movie: {error}") from error
 
 
-def state_of(deck: Any, saved: Checkpoint | None) -> State:
+def state_of(deck: RunDeck, saved: Checkpoint | None) -> State:
     """The initial state, or that of a checkpoint."""
     return initial_state(deck) if saved is None else State(gas_of(deck), saved.mesh, saved.conserved, saved.time)
 

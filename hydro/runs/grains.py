@@ -10,12 +10,13 @@ import math
 import resource
 import time
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from hydro.deck import GrainsDeck
 from hydro.grains import events, theory
+from hydro.grains.dynamics import Dynamics
 from hydro.grains.fields import density_scale, fields, temperature
 from hydro.grains.integrator import (
     GrainsIntegrator,
@@ -67,10 +68,15 @@ def begin(deck: GrainsDeck, saved: Checkpoint | None) -> tuple[Run, float]:
     return run, compile_seconds
 
 
+def grains_of(run: Run) -> Dynamics:
+    """The grains of a run."""
+    return cast(GrainsIntegrator, run.integrator).grains
+
+
 def looks(run: Run) -> Sequence[Sample]:
     """The latest looks at the fields; before the first step, the state itself."""
-    integrator: Any = run.integrator
-    return integrator.samples or [Sample(run.state.time, run.state.conserved, 0.0)]
+    samples = cast(GrainsIntegrator, run.integrator).samples
+    return samples or [Sample(run.state.time, run.state.conserved, 0.0)]
 
 
 def mean_fields(samples: Sequence[Sample]) -> np.ndarray:
@@ -101,20 +107,18 @@ def measured(run: Run) -> dict[str, float]:
 
 def mean_pressure(run: Run) -> float:
     """Of the window, by the virial theorem, in n_c T_*: thermal energy per area and momentum carried in collisions."""
-    samples, integrator = list(looks(run)), run.integrator
-    assert isinstance(integrator, GrainsIntegrator)
+    samples = looks(run)
     area, span = run.state.mesh.aspect_ratio, samples[-1].time - samples[0].time
     kinetic = run.state.mesh.integral(mean_fields(samples)[3])
-    virial = (samples[-1].virial - samples[0].virial) / density_scale(integrator.grains.arena.diameter)
+    virial = (samples[-1].virial - samples[0].virial) / density_scale(grains_of(run).arena.diameter)
     return (kinetic + 0.5 * virial / span) / area if span > 0.0 else math.nan
 
 
 def observed(run: Run) -> dict[str, float]:
     """What summary and history say of a moment: averages over the window before it."""
-    samples, state, integrator = looks(run), run.state, run.integrator
-    assert isinstance(integrator, GrainsIntegrator)
+    samples, state = looks(run), run.state
     mean = mean_fields(samples)
-    counts = mean[0] * state.mesh.areas * density_scale(integrator.grains.arena.diameter) * len(samples)
+    counts = mean[0] * state.mesh.areas * density_scale(grains_of(run).arena.diameter) * len(samples)
     n = np.where(mean[0] > 0.0, mean[0], math.inf)
     speed = np.hypot(mean[1], mean[2]) / n
     with np.errstate(all="ignore"):
@@ -158,8 +162,7 @@ class GrainsKeeper(Keeper):
         """None: cells without grains have no temperature."""
 
     def _summary(self, run: Run, seconds: float, completed: bool) -> dict[str, Any]:
-        integrator: Any = run.integrator
-        grains = integrator.grains
+        grains = grains_of(run)
         collisions = grains.count(events.COLLISIONS)
         return {
             "kind": self.deck.kind,
@@ -186,7 +189,7 @@ class GrainsKeeper(Keeper):
 
 def describe(deck: GrainsDeck) -> list[str]:
     """Lines on the grains of a deck and what they match, for `check`."""
-    state = initial_state(deck)  # type: ignore[arg-type]
+    state = initial_state(deck)
     mean, d, r = state.mass / deck.box.aspect_ratio, deck.gas.diameter, deck.gas.restitution
     number = number_of_grains(mean, d, deck.box.aspect_ratio)
     rate = theory.collision_rate(mean, float(state.temperature.mean()), d)
