@@ -16,6 +16,7 @@ from hydro.deck import load
 from hydro.grains import events
 from hydro.runs.checkpoint import read_checkpoint
 from hydro.runs.folder import RunFolder
+from hydro.runs.frames import frames, read_frame
 from hydro.studies.members import members_of, run_member, scalars_of
 
 # 178 grains.
@@ -38,7 +39,7 @@ def history_of(folder):
 
 
 def test_a_run_of_grains_leaves_a_complete_folder(run_deck):
-    words = (*FEW, "output.checkpoint_every=0.4")
+    words = (*FEW, "output.checkpoint_every=0.4", "output.movie=true", "movie.gif=false")
     folder, code = run_deck("grains_small", *words)
     assert code == 0
     summary = summary_of(folder)
@@ -61,6 +62,9 @@ def test_a_run_of_grains_leaves_a_complete_folder(run_deck):
     assert {path.name for path in folder.glob("pictures/*.png")} == {
         "density.png", "density_0001.png", "density_0002.png", "history.png",
     }  # fmt: skip
+    *_, last_frame = frames(folder / "frames")
+    averages = saved[-1].memory["look_fields"][:, 0].mean(axis=0)
+    assert read_frame(last_frame) == pytest.approx(averages, rel=1e-6)
     rows = history_of(folder)
     assert len(rows) == 9 and float(rows[-1]["time"]) == 2.0
     assert float(rows[-1]["wall_max"]) == summary["snapshots"][-1]["wall_max"]

@@ -107,7 +107,7 @@ def _follow(engine: Engine, deck: RunDeck, folder: RunFolder, saved: Checkpoint 
             limit,
         ]
         if deck.output.movie:
-            trackers.append(Frames(folder.frames, deck.movie_interval, began))
+            trackers.append(Frames(folder.frames, deck.movie_interval, began, keeper.seen))
         if not quiet:
             trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
         try:
@@ -244,14 +244,14 @@ class Keeper:
 
     def snapshot(self, run: Run) -> None:
         """Note the observables, draw the density, and save a checkpoint to keep."""
-        self.note(run, snapshot(run.state, self.wall), run.state)
+        self.note(run, snapshot(run.state, self.wall))
 
-    def note(self, run: Run, observed: dict[str, Any], shown: State) -> None:
-        """Note what was observed of a run, draw the density that is to be shown, and save a checkpoint to keep."""
+    def note(self, run: Run, observed: dict[str, Any]) -> None:
+        """Note what was observed of a run, draw the density, and save a checkpoint to keep."""
         row: dict[str, Any] = {**observed, "checkpoint": self._path(run).name}
         self.snapshots.append(row)
         if self.deck.output.pictures:
-            self._draw_density([shown], [row], f"density_{len(self.snapshots):04d}")
+            self._draw_density([self.seen(run)], [row], f"density_{len(self.snapshots):04d}")
         self._save(run, replaceable=False)
 
     def cadence(self, run: Run) -> None:
@@ -338,6 +338,10 @@ class Keeper:
             there = [row for row, moment in zip(rows, saved, strict=True) if moment is not None]
             self._draw_density(states, there, "density")
             self._draw_profiles(states)
+
+    def seen(self, run: Run) -> State:
+        """What pictures and frames show of a run."""
+        return run.state
 
     def shown(self, like: State, saved: Checkpoint) -> State:
         """What pictures show of a checkpoint; its gas and mesh are those of `like`."""

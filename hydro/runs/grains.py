@@ -149,8 +149,11 @@ class GrainsKeeper(Keeper):
 
     def snapshot(self, run: Run) -> None:
         """Note the averages, draw their density, and save a checkpoint to keep."""
-        state = run.state
-        self.note(run, observed(run), State(state.gas, state.mesh, mean_fields(looks(run)), state.time))
+        self.note(run, observed(run))
+
+    def seen(self, run: Run) -> State:
+        """The average over the window."""
+        return State(run.state.gas, run.state.mesh, mean_fields(looks(run)), run.state.time)
 
     def shown(self, like: State, saved: Checkpoint) -> State:
         """The average over the window before a checkpoint."""
@@ -225,9 +228,10 @@ def closing(summary: dict[str, Any]) -> list[str]:
 
 
 def with_error(row: dict[str, Any], key: str) -> str:
-    """A number of a snapshot and its standard error, which summary.json has as null where it is not known."""
+    """A number of a snapshot, and its standard error where it is known."""
     error = row[f"{key}_error"]
-    return f"{row[key]:.4f} ± {math.nan if error is None else error:.4f}"
+    known = error is not None and math.isfinite(error)
+    return f"{row[key]:.4f} ± {error:.4f}" if known else f"{row[key]:.4f}"
 
 
 def scalars(summary: dict[str, Any]) -> dict[str, Any]:
