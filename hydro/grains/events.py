@@ -131,6 +131,17 @@ def near(cell, cells, periodic):
     return max(cell - 1, 0), min(cell + 1, cells - 1)
 
 
+@inline(exact=True)
+def come_near(cell, cells, periodic, step):
+    """Of the cells around one, along one direction, first and last of those that a step into it has brought near."""
+    first, last = near(cell, cells, periodic)
+    if step > 0:
+        return cell + 1, last
+    if step < 0:
+        return first, cell - 1
+    return first, last
+
+
 @part(exact=True)
 def look_at_walls(grains, arena, wall, i):
     """Take note of the wall that grain i meets, if that is earlier than what is known."""
@@ -222,16 +233,8 @@ def change_cell(grains, arena, wall, i):
         links[i, COUNT] += 1
         foresee(grains, arena, wall, i)
         return
-    first_column, last_column = near(column, arena.columns, arena.periodic_x)
-    first_row, last_row = near(row, arena.rows, arena.periodic_y)
-    if step_x > 0:
-        first_column = column + 1
-    if step_x < 0:
-        last_column = column - 1
-    if step_y > 0:
-        first_row = row + 1
-    if step_y < 0:
-        last_row = row - 1
+    first_column, last_column = come_near(column, arena.columns, arena.periodic_x, step_x)
+    first_row, last_row = come_near(row, arena.rows, arena.periodic_y, step_y)
     look_out(grains, arena, wall, i, first_column, last_column, first_row, last_row)
 
 
