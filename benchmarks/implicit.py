@@ -193,8 +193,8 @@ Fig. 4 on {nx} x {2 * nx} cells, {steps} steps after the first 20, {count:.1f} i
 
 def assembled(level: multigrid.Level) -> sparse.csc_matrix:
     """The matrix of a level: unknowns are pressures, then temperatures, of the cells in order."""
-    s, (nx, ny) = level.stencil.astype(float), level.shape
-    mass_x, mass_y = (faces[multigrid.MASS].astype(float) for faces in (level.faces_x, level.faces_y))
+    s, (nx, ny) = level.stencil.astype(float).swapaxes(0, 1), level.shape
+    mass_x, mass_y = (faces[:, multigrid.MASS].astype(float) for faces in (level.faces_x, level.faces_y))
     here = np.arange(nx * ny).reshape(nx, ny)
     m = multigrid
     below_x, above_x, below_y, above_y = (np.roll(here, k, a) for a in (0, 1) for k in (1, -1))
@@ -218,9 +218,9 @@ def by_cycles(hierarchy: multigrid.Hierarchy, matrix: sparse.csr_matrix, right: 
     finest, goal = hierarchy.levels[0], REACHED**2 * np.sum(right**2)
     solution, residual, count = np.zeros_like(right), right, 0
     while np.sum(residual**2) > goal and count < 100:
-        finest.right[:] = residual.reshape(finest.right.shape)
+        finest.right[:] = residual.reshape(2, *finest.shape).swapaxes(0, 1)
         hierarchy.cycle()
-        solution = solution + finest.unknowns[:, :, 1:-1].reshape(-1)
+        solution = solution + finest.unknowns[:, :, 1:-1].swapaxes(0, 1).reshape(-1)
         residual = right - matrix @ solution
         count += 1
     return solution, count

@@ -395,12 +395,12 @@ def test_multigrid_solves_the_equations_of_the_implicit_step(stretch, periodic):
     rng = np.random.default_rng(5)
     hierarchy = multigrid.Hierarchy(Mesh.rectangle((12, 10), 1.3, stretch, periodic))
     finest = hierarchy.levels[0]
-    finest.local[:] = rng.uniform(0.1, 0.2, finest.local.shape) * np.array([1.0, -0.3, 0.3, 1.0])[:, None, None]
+    finest.local[:] = rng.uniform(0.1, 0.2, finest.local.shape) * np.array([1.0, -0.3, 0.3, 1.0])[:, None]
     for axis, faces in enumerate((finest.faces_x, finest.faces_y)):
-        faces[:3] = rng.uniform(0.5, 1.0, faces[:3].shape)
-        faces[3:] = 0.05 * rng.standard_normal(faces[3:].shape)
+        faces[:, :3] = rng.uniform(0.5, 1.0, faces[:, :3].shape)
+        faces[:, 3:] = 0.05 * rng.standard_normal(faces[:, 3:].shape)
         if not periodic[axis]:
-            faces[(slice(None), 0) if axis == 0 else (slice(None), slice(None), 0)] = 0.0
+            faces[0 if axis == 0 else (slice(None), slice(None), 0)] = 0.0
     hierarchy.prepare()
     matrix = multigrid.dense(finest)
     wanted = rng.standard_normal(finest.right.size)

@@ -20,6 +20,8 @@ MEMORY = {
     "last": ("fields at the step before: density, momentum along x and y, energy", "n_c, n_c T_*^(1/2), n_c T_*"),
     "momentum": ("momentum density of faces in x and y, now and at the step before", "n_c T_*^(1/2)"),
     "velocity": ("velocity of faces in x and y, extrapolated", "T_*^(1/2)"),
+    "missed": ("what the last extrapolation missed of pressure and temperature", "n_c T_*, T_*"),
+    "span": ("product of the steps of that extrapolation", "L_x^2/T_*"),
     "steps": ("the last step, and the largest that the error allows for the next", "L_x/T_*^(1/2)"),
     "exchange": (
         "energy given by the wall, lost in collisions and by friction, from sources, in the last step",

@@ -127,6 +127,8 @@ class LagrangeRemap(Integrator):
         self._velocity = np.zeros((2, nx, ny))  # of faces, extrapolated to the new time
         self._next, self._pushed = np.zeros((4, nx, ny)), np.zeros((2, nx, ny))
         self._unknowns = np.zeros((2, nx, ny))  # pressure, temperature
+        self._missed = np.zeros((2, nx, ny))  # what the last extrapolation missed of the unknowns
+        self._span = np.zeros(1)  # of that extrapolation: the product of steps that what it misses is proportional to
         self._steps = np.zeros(2)  # the last one, and the largest that the error allows next; zero at the start
         self._exchange = np.zeros(4)  # in the last step
         self.iterations = 0
@@ -155,11 +157,15 @@ class LagrangeRemap(Integrator):
         work, friction = self._work, 1.0 / self.tau
         carry(self.gas, self.limiter, self._grid, self._momentum, ratio, h, self._velocity, work)
         given = self._add_source(state.time + dt, h)
-        self._solve(h, friction)
+        span = dt * (dt + self._steps[0]) if ratio > 0.0 else 0.0
         P, T = self._unknowns
+        foresee(self.gas, work.ahead, self._missed, span / self._span[0] if self._span[0] > 0.0 else 0.0, P, T)
+        self._solve(h, friction)
         totals = finish(self.gas, self.wall, self._grid, P, T, h, friction, work, self._next, self._pushed)
         error = unforeseen(self.gas, self.mesh.areas, self._next, work.ahead)
         self._judge(error, dt, State(self.gas, self.mesh, self._next))
+        self._span[0] = span
+        miss(self.gas, work.ahead, P, T, self._missed)
         self._last[:] = state.conserved
         self._momentum[1] = self._momentum[0]
         self._momentum[0] = self._pushed
@@ -185,11 +191,9 @@ class LagrangeRemap(Integrator):
         return self.mesh.integral(source[E])
 
     def _solve(self, h: float, friction: float) -> None:
-        """Pressure and temperature of the new state."""
+        """Pressure and temperature of the new state, from a first guess."""
         work, finest = self._work, self._hierarchy.levels[0]
         P, T = self._unknowns
-        P[:] = work.ahead[3]
-        T[:] = self.gas.temperature(work.ahead[0], P)
         change, rate = math.inf, 0.0
         for iteration in range(ITERATIONS):
             balance(self.gas, self.wall, self._grid, P, T, h, friction, work, finest.right)
@@ -212,8 +216,8 @@ class LagrangeRemap(Integrator):
         n, half_width = self.gas.density(P, T), 0.5 * self.mesh.dx[-1]
         in_n, in_T = self.wall.face_slopes(self.gas, n, T, half_width, self._work.wall_temperature)
         p_n, p_T = self.gas.pressure_slopes(n, T)
-        finest.local[2, -1] -= h * self.mesh.dy * in_n / p_n
-        finest.local[3, -1] -= h * self.mesh.dy * (in_T - in_n * p_T / p_n)
+        finest.local[-1, 2] -= h * self.mesh.dy * in_n / p_n
+        finest.local[-1, 3] -= h * self.mesh.dy * (in_T - in_n * p_T / p_n)
 
     def _judge(self, error: float, dt: float, trial: State) -> None:
         """Choose the next step; StepRejected if this one changed more than foreseen, or left the bounds."""
@@ -232,11 +236,13 @@ class LagrangeRemap(Integrator):
         return Exchange(*self._exchange.tolist())
 
     def memory(self) -> dict[str, np.ndarray]:
-        """The state before, momenta of the faces, steps, the last exchange, and the wall's temperature."""
+        """The state before, momenta of the faces, what was missed, steps, the last exchange, the wall's temperature."""
         kept = {
             "last": self._last,
             "momentum": self._momentum,
             "velocity": self._velocity,
+            "missed": self._missed,
+            "span": self._span,
             "steps": self._steps,
             "exchange": self._exchange,
             "wall_temperature": self._work.wall_temperature,
@@ -246,7 +252,8 @@ class LagrangeRemap(Integrator):
     def remember(self, memory: dict[str, np.ndarray]) -> None:
         """Take back what `memory` gave."""
         self._last[:], self._momentum[:] = memory["last"], memory["momentum"]
-        self._velocity[:] = memory["velocity"]
+        self._velocity[:], self._missed[:] = memory["velocity"], memory["missed"]
+        self._span[:] = memory["span"]
         self._steps[:], self._exchange[:] = memory["steps"], memory["exchange"]
         self._work.wall_temperature[:] = memory["wall_temperature"]
 
@@ -461,6 +468,30 @@ def add_row(target, values, factor):
         target[j] += factor * values[j]
 
 
+@kernel
+def foresee(gas, ahead, missed, share, P, T):
+    """A first guess of the unknowns: `ahead`, and `share` of what it missed the last time, at most half of itself."""
+    for i in range(P.shape[0]):
+        density, pressure, missed_P, missed_T = ahead[0, i], ahead[3, i], missed[0, i], missed[1, i]
+        P_row, T_row = P[i], T[i]
+        for j in range(np.uint64(P_row.size)):
+            p = pressure[j]
+            t = gas.temperature(density[j], p)
+            P_row[j] = p + max(-0.5 * p, min(0.5 * p, share * missed_P[j]))
+            T_row[j] = t + max(-0.5 * t, min(0.5 * t, share * missed_T[j]))
+
+
+@kernel
+def miss(gas, ahead, P, T, missed):
+    """What the extrapolation `ahead` missed of the unknowns; to leading order the curvature in time."""
+    for i in range(P.shape[0]):
+        density, pressure, missed_P, missed_T = ahead[0, i], ahead[3, i], missed[0, i], missed[1, i]
+        P_row, T_row = P[i], T[i]
+        for j in range(np.uint64(P_row.size)):
+            missed_P[j] = P_row[j] - pressure[j]
+            missed_T[j] = T_row[j] - gas.temperature(density[j], pressure[j])
+
+
 @part
 def closures(gas, P, T, work):
     """Density, conductivity and cooling of all cells for the unknowns."""
@@ -559,7 +590,7 @@ def mean_of_faces(lines, low, high, count):
 
 @kernel
 def balance(gas, wall, grid, P, T, h, friction, work, right):
-    """What is missing in the balances of mass and energy of every cell, into `right` (2, nx, ny)."""
+    """What is missing in the balances of mass and energy of every cell, into `right` (nx, 2, ny)."""
     geometry, slow = grid.heat, 1.0 / (1.0 + h * friction)
     closures(gas, P, T, work)
     heat_wall(gas, wall, geometry, work.density[-1], T[-1], work)
@@ -568,7 +599,7 @@ def balance(gas, wall, grid, P, T, h, friction, work, right):
         mean_of_faces(work.lines, low, high, P.shape[1])
         balance_row(
             work.density[i], work.cooling[i], T[i], work.base[N, i], work.base[E, i], geometry.dx[i], geometry.dy, h,
-            friction, work.lines, low, high, right[0, i], right[1, i],
+            friction, work.lines, low, high, right[i, 0], right[i, 1],
         )  # fmt: skip
 
 
@@ -599,8 +630,8 @@ def couple(gas, grid, P, T, h, friction, work, local, faces_x, faces_y):
     push = h * h / (1.0 + h * friction)
     for i in range(nx):
         couple_cells(
-            gas, work.density[i], T[i], geometry.dx[i], geometry.dy, h, local[0, i], local[1, i], local[2, i],
-            local[3, i], work.kappa_slopes[0, i], work.kappa_slopes[1, i],
+            gas, work.density[i], T[i], geometry.dx[i], geometry.dy, h, local[i, 0], local[i, 1], local[i, 2],
+            local[i, 3], work.kappa_slopes[0, i], work.kappa_slopes[1, i],
         )  # fmt: skip
     for i in range(nx):
         if i > 0 or geometry.periodic_x:
@@ -635,9 +666,9 @@ def couple_cells(gas, density, T, width, dy, h, l11, l12, l21, l22, kappa_P, kap
 @part
 def couple_faces(Ta, Tb, ka, kb, ka_P, kb_P, ka_T, kb_T, flow, energy, push, conductance, length, faces, i):
     """Couplings across the faces in x between two rows of cells."""
-    mass, energy_p, energy_t = faces[multigrid.MASS, i], faces[multigrid.ENERGY_P, i], faces[multigrid.ENERGY_T, i]
-    drift_pa, drift_pb = faces[multigrid.DRIFT_PA, i], faces[multigrid.DRIFT_PB, i]
-    drift_ta, drift_tb = faces[multigrid.DRIFT_TA, i], faces[multigrid.DRIFT_TB, i]
+    mass, energy_p, energy_t = faces[i, multigrid.MASS], faces[i, multigrid.ENERGY_P], faces[i, multigrid.ENERGY_T]
+    drift_pa, drift_pb = faces[i, multigrid.DRIFT_PA], faces[i, multigrid.DRIFT_PB]
+    drift_ta, drift_tb = faces[i, multigrid.DRIFT_TA], faces[i, multigrid.DRIFT_TB]
     for j in range(np.uint64(Ta.size)):
         mass[j], energy_p[j] = push * flow[j], push * energy[j]
         share = conductance * length[j]
@@ -650,9 +681,9 @@ def couple_faces(Ta, Tb, ka, kb, ka_P, kb_P, ka_T, kb_T, flow, energy, push, con
 @part
 def couple_line(geometry, T, kappa, kappa_P, kappa_T, flow, energy, push, conductance, faces, i):
     """Couplings across the faces in y of row i."""
-    mass, energy_p, energy_t = faces[multigrid.MASS, i], faces[multigrid.ENERGY_P, i], faces[multigrid.ENERGY_T, i]
-    drift_pa, drift_pb = faces[multigrid.DRIFT_PA, i], faces[multigrid.DRIFT_PB, i]
-    drift_ta, drift_tb = faces[multigrid.DRIFT_TA, i], faces[multigrid.DRIFT_TB, i]
+    mass, energy_p, energy_t = faces[i, multigrid.MASS], faces[i, multigrid.ENERGY_P], faces[i, multigrid.ENERGY_T]
+    drift_pa, drift_pb = faces[i, multigrid.DRIFT_PA], faces[i, multigrid.DRIFT_PB]
+    drift_ta, drift_tb = faces[i, multigrid.DRIFT_TA], faces[i, multigrid.DRIFT_TB]
     inverse, last = geometry.inverse_y, np.uint64(T.size) - ONE
     for j in range(ZERO if geometry.periodic_y else ONE, last + ONE):
         k = j - ONE if j > ZERO else last
@@ -668,7 +699,7 @@ def couple_line(geometry, T, kappa, kappa_P, kappa_T, flow, energy, push, conduc
 def correct(change, mixed, suggested, taken, P, T):
     """Change the unknowns as the cycle suggests, mixed with the last step; returns its largest relative suggestion.
 
-    change: (2, nx, ny + 2), what the cycle suggests. suggested, taken: (2, nx, ny), what it suggested the last time
+    change: (nx, 2, ny + 2), what the cycle suggests. suggested, taken: (2, nx, ny), what it suggested the last time
     and what was done then; they are set anew. Mixing is Anderson's (1965) of depth one, in the mean square of relative
     changes: it takes care of a single smooth mode that the cycle meets badly. No unknown changes by more than half.
     """
@@ -676,7 +707,7 @@ def correct(change, mixed, suggested, taken, P, T):
     largest, wanted = 0.0, 0.0
     for i in range(P.shape[0]):
         for q, unknown in enumerate((P, T)):
-            new, old, last, values = change[q, i], suggested[q, i], taken[q, i], unknown[i]
+            new, old, last, values = change[i, q], suggested[q, i], taken[q, i], unknown[i]
             for j in range(np.uint64(values.size)):
                 last[j] = new[j + ONE] - weight * (last[j] + new[j + ONE] - old[j])
                 old[j] = new[j + ONE]
@@ -700,7 +731,7 @@ def mixing(change, suggested, P, T):
     along, square = 0.0, 0.0
     for i in range(P.shape[0]):
         for q, unknown in enumerate((P, T)):
-            new, old, values = change[q, i], suggested[q, i], unknown[i]
+            new, old, values = change[i, q], suggested[q, i], unknown[i]
             for j in range(np.uint64(values.size)):
                 over = 1.0 / values[j]
                 turn = (new[j + ONE] - old[j]) * over
@@ -724,10 +755,10 @@ def finish(gas, wall, grid, P, T, h, friction, work, state, momentum):
     for i in range(P.shape[0]):
         low, high = fluxes(grid, P, T, h, slow, work, i)
         mean_of_faces(lines, low, high, P.shape[1])
-        sums = finish_row(
-            work.density[i], T[i], work.cooling[i], work.base[N, i], work.base[E, i], geometry.dy, friction, lines,
-            state[N, i], state[MX, i], state[MY, i], state[E, i],
-        )  # fmt: skip
+        finish_row(work.density[i], T[i], lines, state[N, i], state[MX, i], state[MY, i], state[E, i])
+        sums = sums_of_row(
+            state[N, i], state[E, i], T[i], work.cooling[i], work.base[N, i], work.base[E, i], geometry.dy, friction
+        )
         width = geometry.dx[i]
         mass, energy = mass + width * sums[0], energy + width * sums[1]
         base_mass, base_energy = base_mass + width * sums[2], base_energy + width * sums[3]
@@ -744,22 +775,27 @@ def finish(gas, wall, grid, P, T, h, friction, work, state, momentum):
 
 
 @part
-def finish_row(density, T, cooling, base_n, base_e, dy, friction, lines, new_n, new_x, new_y, new_e):
-    """One row of cells; returns, per width: its mass, energy, those of the base, powers of collisions and friction."""
+def finish_row(density, T, lines, new_n, new_x, new_y, new_e):
+    """The new state of one row of cells."""
     push_x, push_y = lines[PUSHED], lines[PUSHED + 1]
-    mass, energy, base_mass, base_energy, lost, rubbed = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(np.uint64(density.size)):
         n = density[j]
-        twice_kinetic = (push_x[j] * push_x[j] + push_y[j] * push_y[j]) / n
-        total = n * T[j] + 0.5 * twice_kinetic
-        new_n[j], new_x[j], new_y[j], new_e[j] = n, push_x[j], push_y[j], total
-        mass += dy[j] * n
-        energy += dy[j] * total
+        kinetic = 0.5 * (push_x[j] * push_x[j] + push_y[j] * push_y[j]) / n
+        new_n[j], new_x[j], new_y[j], new_e[j] = n, push_x[j], push_y[j], n * T[j] + kinetic
+
+
+@part
+def sums_of_row(density, energy, T, cooling, base_n, base_e, dy, friction):
+    """Of one row, per width: its mass, energy, those of the base, powers of collisions and friction."""
+    mass, total, base_mass, base_energy, lost, rubbed = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(np.uint64(density.size)):
+        mass += dy[j] * density[j]
+        total += dy[j] * energy[j]
         base_mass += dy[j] * base_n[j]
         base_energy += dy[j] * base_e[j]
         lost += dy[j] * cooling[j]
-        rubbed += dy[j] * friction * twice_kinetic
-    return mass, energy, base_mass, base_energy, lost, rubbed
+        rubbed += dy[j] * 2.0 * friction * (energy[j] - density[j] * T[j])
+    return mass, total, base_mass, base_energy, lost, rubbed
 
 
 @kernel
@@ -770,16 +806,30 @@ def unforeseen(gas, areas, state, ahead):
     """
     total, area = 0.0, 0.0
     for i in range(areas.shape[0]):
-        for j in range(areas.shape[1]):
-            n = state[N, i, j]
-            u, v = state[MX, i, j] / n, state[MY, i, j] / n
-            T = state[E, i, j] / n - 0.5 * (u * u + v * v)
-            if not (n > 0.0 and n < 1.0 and T > 0.0):
-                return np.inf
-            p = gas.pressure(n, T)
-            c = gas.sound_speed_at_pressure(n, p)
-            in_n, in_p = ahead[0, i, j] / n - 1.0, ahead[3, i, j] / p - 1.0
-            in_u, in_v = (ahead[1, i, j] - u) / c, (ahead[2, i, j] - v) / c
-            total += areas[i, j] * (in_n * in_n + in_p * in_p + in_u * in_u + in_v * in_v)
-            area += areas[i, j]
+        missed, covered, outside = unforeseen_row(
+            gas, areas[i], state[N, i], state[MX, i], state[MY, i], state[E, i],
+            ahead[0, i], ahead[1, i], ahead[2, i], ahead[3, i],
+        )  # fmt: skip
+        if outside > 0:
+            return np.inf
+        total, area = total + missed, area + covered
     return np.sqrt(total / area)
+
+
+@part
+def unforeseen_row(gas, areas, density, momentum_x, momentum_y, energy, n_ahead, u_ahead, v_ahead, p_ahead):
+    """Of one row: the sum of squares, times areas, of what was missed; the area; how many cells are out of bounds."""
+    total, area, outside = 0.0, 0.0, 0
+    for j in range(np.uint64(areas.size)):
+        n = density[j]
+        over = 1.0 / n
+        u, v = momentum_x[j] * over, momentum_y[j] * over
+        T = energy[j] * over - 0.5 * (u * u + v * v)
+        p = gas.pressure(n, T)
+        over_c = 1.0 / gas.sound_speed_at_pressure(n, p)
+        in_n, in_p = n_ahead[j] * over - 1.0, p_ahead[j] / p - 1.0
+        in_u, in_v = (u_ahead[j] - u) * over_c, (v_ahead[j] - v) * over_c
+        total += areas[j] * (in_n * in_n + in_p * in_p + in_u * in_u + in_v * in_v)
+        area += areas[j]
+        outside += 0 if (n > 0.0) & (n < 1.0) & (T > 0.0) else 1
+    return total, area, outside

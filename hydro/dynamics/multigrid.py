@@ -21,12 +21,12 @@ from hydro.dynamics.heat import inverse_distances
 from hydro.jit import kernel, part
 from hydro.mesh import Mesh
 
-# What crosses a face, per unit of the unknowns; rows of arrays (COUPLINGS, nx, ny), face [i, j] below cell [i, j].
+# What crosses a face, per unit of the unknowns; fields of arrays (nx, COUPLINGS, ny), face [i, j] below cell [i, j].
 MASS, ENERGY_P, ENERGY_T = 0, 1, 2  # by differences: M, H, C
 DRIFT_PA, DRIFT_PB, DRIFT_TA, DRIFT_TB = 3, 4, 5, 6
 COUPLINGS = 7
 
-# Rows of the stencil of a cell: its own block, inverse of that, and neighbours.
+# Fields of the stencil of a cell: its own block, inverse of that, and neighbours.
 D11, D12, D21, D22, V11, V12, V21, V22 = range(8)
 XL_P, XL_T, XH_P, XH_T, YL_P, YL_T, YH_P, YH_T = range(8, 16)
 STENCIL = 16
@@ -37,18 +37,21 @@ ONE, TWO = np.uint64(1), np.uint64(2)
 
 
 class Level:
-    """One mesh of the hierarchy, with its equations, right-hand side and unknowns."""
+    """One mesh of the hierarchy, with its equations, right-hand side and unknowns.
+
+    The fields of a row of cells lie side by side: apart by a power of two, they would share few places of the cache.
+    """
 
     def __init__(self, widths: tuple[np.ndarray, np.ndarray], periodic: tuple[bool, bool]):
         self.widths, self.periodic = widths, periodic
         nx, ny = self.shape = widths[0].size, widths[1].size
-        self.local = np.zeros((4, nx, ny), np.float32)
-        self.faces_x = np.zeros((COUPLINGS, nx, ny), np.float32)
-        self.faces_y = np.zeros((COUPLINGS, nx, ny), np.float32)
-        self.stencil = np.zeros((STENCIL, nx, ny), np.float32)
-        self.right = np.zeros((2, nx, ny), np.float32)
-        self.change = np.zeros((2, nx, ny), np.float32)
-        self.unknowns = np.zeros((2, nx, ny + 2), np.float32)  # with a ghost column on both sides
+        self.local = np.zeros((nx, 4, ny), np.float32)
+        self.faces_x = np.zeros((nx, COUPLINGS, ny), np.float32)
+        self.faces_y = np.zeros((nx, COUPLINGS, ny), np.float32)
+        self.stencil = np.zeros((nx, STENCIL, ny), np.float32)
+        self.right = np.zeros((nx, 2, ny), np.float32)
+        self.change = np.zeros((nx, 2, ny), np.float32)
+        self.unknowns = np.zeros((nx, 2, ny + 2), np.float32)  # with a ghost column on both sides
 
     def coarser(self) -> Level:
         """The level with pairs of cells joined, along every side that has more than COARSEST."""
@@ -100,11 +103,12 @@ class Step:
 
     def __init__(self, fine: Level, coarse: Level):
         self.fine, self.coarse = fine, coarse
-        self._pairs = [paired(a, b) for a, b in zip(fine.shape, coarse.shape, strict=True)]
+        pairs = [paired(a, b) for a, b in zip(fine.shape, coarse.shape, strict=True)]
+        self._pairs_x = pairs[0]
         ratios = []
         for axis in (0, 1):
             near, far = inverse_distances(fine.widths[axis])[:-1], inverse_distances(coarse.widths[axis])[:-1]
-            ratios.append((far[self._pairs[axis]] / near).astype(np.float32))
+            ratios.append((far[pairs[axis]] / near).astype(np.float32))
         self._ratio_x, self._ratio_y = ratios
         self._low, self._high, self._share = neighbours(fine, coarse, 1)
         self._low_x, self._high_x, self._share_x = neighbours(fine, coarse, 0)
@@ -112,15 +116,15 @@ class Step:
     def couple(self) -> None:
         """Local terms and couplings of the coarse level."""
         fine, coarse = self.fine, self.coarse
-        add_up(fine.local, self._pairs[0], self._pairs[1], coarse.local)
-        add_faces(fine.faces_x, self._pairs[0], self._pairs[1], self._ratio_x, True, coarse.faces_x)
-        add_faces(fine.faces_y, self._pairs[0], self._pairs[1], self._ratio_y, False, coarse.faces_y)
+        add_up(fine.local, self._pairs_x, coarse.local)
+        add_faces_x(fine.faces_x, self._pairs_x, self._ratio_x, coarse.faces_x)
+        add_faces_y(fine.faces_y, self._pairs_x, self._ratio_y, coarse.faces_y)
 
     def restrict(self) -> None:
         """Residuals of the fine level, summed, become the coarse right-hand side."""
         fine, coarse = self.fine, self.coarse
         residual(fine.stencil, fine.faces_x, fine.faces_y, fine.unknowns, fine.right, fine.change)
-        add_up(fine.change, self._pairs[0], self._pairs[1], coarse.right)
+        add_up(fine.change, self._pairs_x, coarse.right)
 
     def prolong(self) -> None:
         """Add the coarse correction, interpolated."""
@@ -187,11 +191,11 @@ def dense(level: Level) -> np.ndarray:
 
 @kernel
 def build(local, faces_x, faces_y, stencil):
-    """Stencils from local terms (4, nx, ny) and couplings (COUPLINGS, nx, ny)."""
-    nx = local.shape[1]
+    """Stencils from local terms (nx, 4, ny) and couplings (nx, COUPLINGS, ny)."""
+    nx = local.shape[0]
     for i in range(nx):
         for q in range(4):
-            stencil[D11 + q, i] = local[q, i]
+            stencil[i, D11 + q] = local[i, q]
         couple_row(faces_x, i, (i + 1) % nx, stencil)
         couple_line(faces_y, i, stencil)
         invert_row(stencil, i)
@@ -200,12 +204,12 @@ def build(local, faces_x, faces_y, stencil):
 @part
 def couple_row(faces, i, k, stencil):
     """Couplings in x of row i; row k is the next."""
-    d11, d21, d22 = stencil[D11, i], stencil[D21, i], stencil[D22, i]
-    below_p, below_t, above_p, above_t = stencil[XL_P, i], stencil[XL_T, i], stencil[XH_P, i], stencil[XH_T, i]
-    mass_l, p_l, t_l = faces[MASS, i], faces[ENERGY_P, i], faces[ENERGY_T, i]
-    mass_h, p_h, t_h = faces[MASS, k], faces[ENERGY_P, k], faces[ENERGY_T, k]
-    pa_l, pb_l, ta_l, tb_l = faces[DRIFT_PA, i], faces[DRIFT_PB, i], faces[DRIFT_TA, i], faces[DRIFT_TB, i]
-    pa_h, pb_h, ta_h, tb_h = faces[DRIFT_PA, k], faces[DRIFT_PB, k], faces[DRIFT_TA, k], faces[DRIFT_TB, k]
+    d11, d21, d22 = stencil[i, D11], stencil[i, D21], stencil[i, D22]
+    below_p, below_t, above_p, above_t = stencil[i, XL_P], stencil[i, XL_T], stencil[i, XH_P], stencil[i, XH_T]
+    mass_l, p_l, t_l = faces[i, MASS], faces[i, ENERGY_P], faces[i, ENERGY_T]
+    mass_h, p_h, t_h = faces[k, MASS], faces[k, ENERGY_P], faces[k, ENERGY_T]
+    pa_l, pb_l, ta_l, tb_l = faces[i, DRIFT_PA], faces[i, DRIFT_PB], faces[i, DRIFT_TA], faces[i, DRIFT_TB]
+    pa_h, pb_h, ta_h, tb_h = faces[k, DRIFT_PA], faces[k, DRIFT_PB], faces[k, DRIFT_TA], faces[k, DRIFT_TB]
     for j in range(np.uint64(d11.size)):
         d11[j] += mass_l[j] + mass_h[j]
         d21[j] += (p_l[j] + pb_l[j]) + (p_h[j] - pa_h[j])
@@ -217,10 +221,10 @@ def couple_row(faces, i, k, stencil):
 @part
 def couple_line(faces, i, stencil):
     """Couplings in y of row i."""
-    d11, d21, d22 = stencil[D11, i], stencil[D21, i], stencil[D22, i]
-    below_p, below_t, above_p, above_t = stencil[YL_P, i], stencil[YL_T, i], stencil[YH_P, i], stencil[YH_T, i]
-    mass, p, t = faces[MASS, i], faces[ENERGY_P, i], faces[ENERGY_T, i]
-    pa, pb, ta, tb = faces[DRIFT_PA, i], faces[DRIFT_PB, i], faces[DRIFT_TA, i], faces[DRIFT_TB, i]
+    d11, d21, d22 = stencil[i, D11], stencil[i, D21], stencil[i, D22]
+    below_p, below_t, above_p, above_t = stencil[i, YL_P], stencil[i, YL_T], stencil[i, YH_P], stencil[i, YH_T]
+    mass, p, t = faces[i, MASS], faces[i, ENERGY_P], faces[i, ENERGY_T]
+    pa, pb, ta, tb = faces[i, DRIFT_PA], faces[i, DRIFT_PB], faces[i, DRIFT_TA], faces[i, DRIFT_TB]
     last = np.uint64(d11.size) - ONE
     for j in range(last + ONE):
         k = j + ONE if j < last else j - last
@@ -234,8 +238,8 @@ def couple_line(faces, i, stencil):
 @part
 def invert_row(stencil, i):
     """Inverses of the blocks of row i."""
-    d11, d12, d21, d22 = stencil[D11, i], stencil[D12, i], stencil[D21, i], stencil[D22, i]
-    v11, v12, v21, v22 = stencil[V11, i], stencil[V12, i], stencil[V21, i], stencil[V22, i]
+    d11, d12, d21, d22 = stencil[i, D11], stencil[i, D12], stencil[i, D21], stencil[i, D22]
+    v11, v12, v21, v22 = stencil[i, V11], stencil[i, V12], stencil[i, V21], stencil[i, V22]
     for j in range(np.uint64(d11.size)):
         over = np.float32(1.0) / (d11[j] * d22[j] - d12[j] * d21[j])
         v11[j], v12[j], v21[j], v22[j] = d22[j] * over, -d12[j] * over, -d21[j] * over, d11[j] * over
@@ -243,17 +247,17 @@ def invert_row(stencil, i):
 
 @kernel
 def residual(stencil, faces_x, faces_y, unknowns, right, out):
-    """out = right - matrix unknowns, (2, nx, ny)."""
-    nx = right.shape[1]
+    """out = right - matrix unknowns, (nx, 2, ny)."""
+    nx = right.shape[0]
     for i in range(nx):
         behind, ahead = (i - 1) % nx, (i + 1) % nx
         residual_row(
-            stencil[D11, i], stencil[D12, i], stencil[D21, i], stencil[D22, i],
-            stencil[XL_P, i], stencil[XL_T, i], stencil[XH_P, i], stencil[XH_T, i],
-            stencil[YL_P, i], stencil[YL_T, i], stencil[YH_P, i], stencil[YH_T, i],
-            faces_x[MASS, i], faces_x[MASS, ahead], faces_y[MASS, i],
-            unknowns[0, behind], unknowns[1, behind], unknowns[0, i], unknowns[1, i],
-            unknowns[0, ahead], unknowns[1, ahead], right[0, i], right[1, i], out[0, i], out[1, i],
+            stencil[i, D11], stencil[i, D12], stencil[i, D21], stencil[i, D22],
+            stencil[i, XL_P], stencil[i, XL_T], stencil[i, XH_P], stencil[i, XH_T],
+            stencil[i, YL_P], stencil[i, YL_T], stencil[i, YH_P], stencil[i, YH_T],
+            faces_x[i, MASS], faces_x[ahead, MASS], faces_y[i, MASS],
+            unknowns[behind, 0], unknowns[behind, 1], unknowns[i, 0], unknowns[i, 1],
+            unknowns[ahead, 0], unknowns[ahead, 1], right[i, 0], right[i, 1], out[i, 0], out[i, 1],
         )  # fmt: skip
 
 
@@ -279,10 +283,10 @@ def residual_row(
 @kernel
 def relax(stencil, change, weight, unknowns):
     """unknowns += weight times inverse blocks times residual."""
-    for i in range(change.shape[1]):
+    for i in range(change.shape[0]):
         relax_row(
-            stencil[V11, i], stencil[V12, i], stencil[V21, i], stencil[V22, i], change[0, i], change[1, i], weight,
-            unknowns[0, i], unknowns[1, i],
+            stencil[i, V11], stencil[i, V12], stencil[i, V21], stencil[i, V22], change[i, 0], change[i, 1], weight,
+            unknowns[i, 0], unknowns[i, 1],
         )  # fmt: skip
 
 
@@ -295,37 +299,67 @@ def relax_row(v11, v12, v21, v22, r_1, r_2, weight, p, t):
 
 
 @kernel
-def add_up(fine, pairs_x, pairs_y, coarse):
-    """Sums over the cells that are joined; (fields, nx, ny)."""
+def add_up(fine, pairs_x, coarse):
+    """Sums over the cells that are joined; (nx, fields, ny)."""
     coarse[:] = 0.0
-    for field in range(fine.shape[0]):
-        for i in range(fine.shape[1]):
-            for j in range(fine.shape[2]):
-                coarse[field, pairs_x[i], pairs_y[j]] += fine[field, i, j]
+    for i in range(fine.shape[0]):
+        for field in range(fine.shape[1]):
+            join_row(fine[i, field], coarse[pairs_x[i], field])
+
+
+@part
+def join_row(fine, coarse):
+    """Add a row of cells to a coarse one, by twos if that is shorter."""
+    count = np.uint64(coarse.size)
+    if fine.size == coarse.size:
+        for m in range(count):
+            coarse[m] += fine[m]
+        return
+    for m in range(np.uint64(fine.size) // TWO):
+        coarse[m] += fine[TWO * m] + fine[TWO * m + ONE]
+    if fine.size % 2 == 1:
+        coarse[count - ONE] += fine[fine.size - 1]
 
 
 @kernel
-def add_faces(fine, pairs_x, pairs_y, ratio, in_x, coarse):
-    """Sums over the faces that stay between cells which are not joined; differences span longer distances."""
+def add_faces_x(fine, pairs_x, ratio, coarse):
+    """Sums over the faces in x that stay between cells which are not joined; differences span longer distances."""
     coarse[:] = 0.0
-    for i in range(fine.shape[1]):
-        for j in range(fine.shape[2]):
-            k, m = pairs_x[i], pairs_y[j]
-            inner = (i > 0 and pairs_x[i - 1] == k) if in_x else (j > 0 and pairs_y[j - 1] == m)
-            if not inner:
-                shorter = ratio[i] if in_x else ratio[j]
-                for field in range(COUPLINGS):
-                    coarse[field, k, m] += fine[field, i, j] * (shorter if field < DRIFT_PA else np.float32(1.0))
+    for i in range(fine.shape[0]):
+        if i == 0 or pairs_x[i - 1] != pairs_x[i]:
+            for field in range(COUPLINGS):
+                out = coarse[pairs_x[i], field]
+                join_row(fine[i, field], out)
+                if field < DRIFT_PA:
+                    for m in range(np.uint64(out.size)):
+                        out[m] *= ratio[i]
+
+
+@kernel
+def add_faces_y(fine, pairs_x, ratio, coarse):
+    """The same for the faces in y, each between two columns of cells."""
+    coarse[:] = 0.0
+    for i in range(fine.shape[0]):
+        for field in range(COUPLINGS):
+            pick_row(fine[i, field], ratio, field < DRIFT_PA, coarse[pairs_x[i], field])
+
+
+@part
+def pick_row(fine, ratio, longer, coarse):
+    """Add to a coarse row the faces that stay of a fine one: all, or every other."""
+    stride = ONE if fine.size == coarse.size else TWO
+    for m in range(np.uint64(coarse.size)):
+        coarse[m] += fine[stride * m] * (ratio[stride * m] if longer else np.float32(1.0))
 
 
 @kernel
 def interpolate(coarse, low_x, high_x, share_x, low_y, high_y, share_y, fine):
     """Add bilinear interpolation of the coarse unknowns; both with ghost columns."""
     one = np.float32(1.0)
-    for field in range(2):
-        for i in range(fine.shape[1]):
-            below, above, s = coarse[field, low_x[i]], coarse[field, high_x[i]], share_x[i]
-            line = fine[field, i]
+    for i in range(fine.shape[0]):
+        for field in range(2):
+            below, above, s = coarse[low_x[i], field], coarse[high_x[i], field], share_x[i]
+            line = fine[i, field]
             for j in range(fine.shape[2] - 2):
                 k, m, r = low_y[j] + 1, high_y[j] + 1, share_y[j]
                 left = (one - s) * below[k] + s * above[k]

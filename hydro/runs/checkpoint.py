@@ -29,7 +29,7 @@ from hydro.runs.observables import QUANTITIES
 from hydro.state import State
 
 FORMAT = "hydro checkpoint"
-VERSION = 2
+VERSION = 3
 SEAL = 512  # bytes
 TIME = "L_x/T_*^(1/2)"
 
