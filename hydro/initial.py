@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hydro.deck import EvolutionDeck
+from hydro.deck.evolution import RunDeck
 from hydro.deck.initial import CosinePattern, ModesPattern, NoisePattern
 from hydro.errors import CheckpointError, Complaint, DeckError
 from hydro.exact.evolution import EVOLUTIONS, exact_evolution
@@ -19,11 +19,11 @@ from hydro.runs.checkpoint import read_checkpoint
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State, inadmissible, worst_cell
 
-INITIAL_STATES: Registry[Callable[[EvolutionDeck, Any, Mesh], State]] = Registry("initial state")
+INITIAL_STATES: Registry[Callable[[RunDeck, Any, Mesh], State]] = Registry("initial state")
 PATTERNS: Registry[Callable[[Any, Mesh], np.ndarray]] = Registry("pattern")
 
 
-def initial_state(deck: EvolutionDeck) -> State:
+def initial_state(deck: RunDeck) -> State:
     """The state that the deck starts from; DeckError where n or T would leave its bounds."""
     state = INITIAL_STATES[deck.initial.kind](deck, gas_of(deck), mesh_of(deck))
     if inadmissible(state).any():
@@ -57,14 +57,14 @@ def noise(pattern: NoisePattern, mesh: Mesh) -> np.ndarray:
     return field - mesh.integral(field) / mesh.aspect_ratio
 
 
-def patterned(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
+def patterned(deck: RunDeck, gas, mesh: Mesh) -> State:
     """Mean density f times (1 + pattern), uniform temperature, at rest."""
     initial: Any = deck.initial
     factor = 1.0 + PATTERNS[initial.kind](initial, mesh)
     return State.of(gas, mesh, area_fraction(deck) * factor, initial.temperature)
 
 
-def area_fraction(deck: EvolutionDeck) -> float:
+def area_fraction(deck: RunDeck) -> float:
     """gas.f, which the deck has checked to be there for the states that need it."""
     assert deck.gas.f is not None
     return deck.gas.f
@@ -74,7 +74,7 @@ for _name in ("cosine", "modes", "noise"):
     INITIAL_STATES.add(_name, patterned)
 
 
-def start_of_exact(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
+def start_of_exact(deck: RunDeck, gas, mesh: Mesh) -> State:
     """The state from which an exact evolution starts."""
     return State(gas, mesh, exact_evolution(deck)(mesh, 0.0))
 
@@ -89,7 +89,7 @@ def along(axis: str, values: np.ndarray) -> np.ndarray:
 
 
 @INITIAL_STATES.register("profile")
-def profile(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
+def profile(deck: RunDeck, gas, mesh: Mesh) -> State:
     """Piecewise linear profiles, taken at cell centres."""
     initial: Any = deck.initial
     centres = mesh.x if initial.axis == "x" else mesh.y
@@ -105,7 +105,7 @@ def profile(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
 
 
 @INITIAL_STATES.register("riemann")
-def riemann(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
+def riemann(deck: RunDeck, gas, mesh: Mesh) -> State:
     """Two uniform states; the cell that the jump crosses gets the average of their conserved quantities."""
     initial: Any = deck.initial
     faces = mesh.x_faces if initial.axis == "x" else mesh.y_faces
@@ -121,7 +121,7 @@ def _conserved_along(gas, mesh: Mesh, axis: str, primitive) -> np.ndarray:
 
 
 @INITIAL_STATES.register("checkpoint")
-def from_checkpoint(deck: EvolutionDeck, gas, mesh: Mesh) -> State:
+def from_checkpoint(deck: RunDeck, gas, mesh: Mesh) -> State:
     """The state of a checkpoint, put on this mesh, with a perturbation if one is asked for."""
     initial: Any = deck.initial
     try:

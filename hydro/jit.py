@@ -26,6 +26,8 @@ C = TypeVar("C", bound=type)
 # Without "nnan" and "ninf": a NaN must stay a NaN, for it is how an inadmissible state shows itself.
 FASTMATH = {"contract", "arcp", "nsz", "reassoc", "afn"}
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": FASTMATH}
+# Without fastmath at all: an expression then has the same bits wherever it is compiled.
+EXACT: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
 # Loops that say `prange` run in parallel, and nothing else: array expressions are not worth the compile time.
 PRANGE_ONLY = {
     name: name == "prange"
@@ -33,44 +35,53 @@ PRANGE_ONLY = {
 }
 
 
-def kernel(function: Callable | None = None, *, parallel: bool = False) -> Any:
-    """Compile `function` for arrays, cached on disk; `parallel=True` runs its `prange` loops on all cores."""
+def kernel(function: Callable | None = None, *, parallel: bool = False, exact: bool = False) -> Any:
+    """Compile `function` for arrays, cached on disk; `parallel=True` runs its `prange` loops on all cores.
+
+    `exact=True`, here and below, forbids the compiler to rearrange arithmetic.
+    """
     if function is None:
-        return lambda wrapped: kernel(wrapped, parallel=parallel)
-    return _cached(function, nogil=True, parallel=PRANGE_ONLY if parallel else False)
+        return lambda wrapped: kernel(wrapped, parallel=parallel, exact=exact)
+    return _cached(function, exact, nogil=True, parallel=PRANGE_ONLY if parallel else False)
 
 
-def part(function: Callable) -> Any:
+def part(function: Callable | None = None, *, exact: bool = False) -> Any:
     """Compile a part of a kernel, that only kernels call: cheaper than `kernel`, for Python cannot call it.
 
-    It is always inlined. A call would reach the part's own machine code from a kernel that has just been compiled, and
-    a private copy, with other last bits, from one that comes from disk.
+    It is inlined, unless it is exact. A call would reach the part's own machine code from a kernel that has just been
+    compiled, and a private copy, with other last bits, from one that comes from disk.
     """
-    return _cached(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True)
+    if function is None:
+        return lambda wrapped: part(wrapped, exact=exact)
+    return _cached(function, exact, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=not exact)
 
 
-def inline(function: Callable) -> Any:
+def inline(function: Callable | None = None, *, exact: bool = False) -> Any:
     """Compile a small scalar function that is always inlined into the kernels that call it."""
-    return numba.njit(forceinline=True, **OPTIONS)(function)
+    if function is None:
+        return lambda wrapped: inline(wrapped, exact=exact)
+    return numba.njit(forceinline=True, **(EXACT if exact else OPTIONS))(function)
 
 
-def _cached(function: Callable, **options: Any) -> Any:
-    dispatcher = numba.njit(**OPTIONS, **options)(function)
+def _cached(function: Callable, exact: bool, **options: Any) -> Any:
+    dispatcher = numba.njit(**(EXACT if exact else OPTIONS), **options)(function)
     dispatcher._cache = KernelCache(function)
     return dispatcher
 
 
-def compiled_methods(cls: C) -> C:
+def compiled_methods(cls: C | None = None, *, exact: bool = False) -> Any:
     """Make the public methods of the NamedTuple `cls` callable inside kernels. The tuple needs a field or more."""
+    if cls is None:
+        return lambda wrapped: compiled_methods(wrapped, exact=exact)
     inherited = set(dir(tuple)) | set(cls._fields)  # type: ignore[attr-defined]
     for name in dir(cls):
         if not name.startswith("_") and name not in inherited:
-            _overload(name, inspect.signature(getattr(cls, name)))
+            _overload(name, inspect.signature(getattr(cls, name)), exact)
     return cls
 
 
 @cache
-def _overload(name: str, signature: inspect.Signature) -> None:
+def _overload(name: str, signature: inspect.Signature, exact: bool) -> None:
     """Teach the compiler the method `name` of any NamedTuple whose class defines it.
 
     As numba's `overload_method` does, which however would hide fields of the same name in other NamedTuples.
@@ -81,7 +92,7 @@ def _overload(name: str, signature: inspect.Signature) -> None:
         return method if method is not None and inspect.signature(method) == signature else None
 
     implementation.__signature__ = signature  # type: ignore[attr-defined]
-    overload(implementation, jit_options={"forceinline": True, **OPTIONS})(implementation)
+    overload(implementation, jit_options={"forceinline": True, **(EXACT if exact else OPTIONS)})(implementation)
     template = make_overload_method_template(types.BaseNamedTuple, name, implementation, inline="never")
 
     class Method(template):  # type: ignore[misc, valid-type]

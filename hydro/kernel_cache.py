@@ -28,6 +28,7 @@ KERNEL_SOURCES = (
     "walls.py",
     "gas/*.py",
     "dynamics/*.py",
+    "grains/*.py",
 )  # every file that ends up in machine code
 KEPT = 3  # versions of the sources whose machine code is kept
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from hydro.registry import Registry
-from hydro.runs import branch, evolution, stability, steady
+from hydro.runs import branch, evolution, grains, stability, steady
 from hydro.runs.scales import report
 from hydro.studies import convergence, sweep
 
@@ -32,6 +32,7 @@ KINDS.add("evolution", Kind(evolution.solve, report, evolution.closing, evolutio
 KINDS.add("steady", Kind(steady.solve, steady.describe, steady.closing))
 KINDS.add("branch", Kind(branch.solve, branch.describe, branch.closing, branch.scalars))
 KINDS.add("stability", Kind(stability.solve, stability.describe, stability.closing, stability.scalars))
+KINDS.add("grains", Kind(grains.solve, grains.describe, grains.closing, grains.scalars, grains.resume))
 KINDS.add(
     "convergence",
     Kind(convergence.solve, convergence.describe, convergence.closing, convergence.scalars, convergence.solve),

@@ -68,6 +68,10 @@ SMALL = {
         "sweep.axes=[{keys=['box.aspect_ratio'],values=[2.0]}]",
     ),
     "branches": ("mesh.cells=[16,16]", "branch.samples=9", "branch.step=0.5"),
+    "grains_cooling": ("time.end=1.0", "output.times=[1.0]"),
+    "grains_extended": ("time.end=0.1", "output.times=[0.1]", "grains.window=0.1"),
+    "grains_small": ("time.end=0.1", "output.times=[0.1]", "grains.window=0.1"),
+    "grains_fig4": ("time.end=0.02", "output.times=[0.02]", "grains.window=0.02"),
 }
 NORMS = Path(__file__).with_name("norms.json")
 
@@ -108,6 +112,14 @@ def branch_norms(folder: Path) -> dict[str, float]:
     return {**places, **folds, "stable": sum(point["stable"] for point in summary["points"])}
 
 
+def grains_norms(folder: Path) -> dict[str, float]:
+    """How many there are and what they have done: little, for collisions magnify rounding."""
+    summary = summary_of(folder)
+    ledger, last = summary["energy_ledger"], summary["snapshots"][-1]
+    measured = {key: last[key] for key in ("wall_max", "wall_min", "gas_density", "thermal_energy")}
+    return {"grains": summary["grains"], "collisions": summary["collisions"], "lost": ledger["collisions"], **measured}
+
+
 def convergence_norms(folder: Path) -> dict[str, float]:
     """Sums of errors, and scalars, of all levels."""
     rows = summary_of(folder)["rows"]
@@ -127,6 +139,7 @@ NORMS_OF = {
     "stability": stability_norms,
     "steady": steady_norms,
     "branch": branch_norms,
+    "grains": grains_norms,
     "convergence": convergence_norms,
     "sweep": sweep_norms,
 }

@@ -94,7 +94,7 @@ def test_a_frame_is_the_density_in_single_precision(filmed):
 def test_a_run_that_goes_back_takes_the_same_frames_again(filmed, copy):
     """Frames later than the place where a run takes up go, and the next one is due as if nothing had happened."""
     before = [frame_time(path) for path in frames(filmed / "frames")]
-    tracker = Frames(copy / "frames", 0.25, begin=2.0)
+    tracker = Frames(copy / "frames", 0.25, begin=2.0, seen=lambda run: run.state)
     assert [frame_time(path) for path in frames(copy / "frames")] == [at for at in before if at <= 2.0]
     deck = load(filmed / "deck.toml")
     steps = hydro.read_history(filmed).index

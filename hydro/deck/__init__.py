@@ -2,6 +2,7 @@
 
 from hydro.deck.campaigns import ConvergenceDeck, SweepDeck
 from hydro.deck.evolution import EvolutionDeck
+from hydro.deck.grains import GrainsDeck
 from hydro.deck.kinds import KINDS
 from hydro.deck.load import changed, dumps, load, parse, validate
 from hydro.deck.sections import Deck
@@ -14,6 +15,7 @@ __all__ = [
     "ConvergenceDeck",
     "Deck",
     "EvolutionDeck",
+    "GrainsDeck",
     "StabilityDeck",
     "SteadyDeck",
     "SweepDeck",

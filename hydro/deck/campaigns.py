@@ -12,6 +12,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from hydro.deck.evolution import EvolutionDeck
 from hydro.deck.fields import Among, Flag, ListOr, OneOf, Positive, Section, Text, broken_rule, distinct
+from hydro.deck.grains import GrainsDeck
 from hydro.deck.initial import PATTERNS, Pattern
 from hydro.deck.sections import Deck, Range
 from hydro.deck.stability import StabilityDeck
@@ -24,6 +25,7 @@ PROBLEMS: dict[str, type[Deck]] = {
     "steady": SteadyDeck,
     "branch": BranchDeck,
     "stability": StabilityDeck,
+    "grains": GrainsDeck,
 }
 # Names that decks use; the registry of the same things elsewhere holds exactly these.
 REFERENCES = ("exact", "finest", "next")

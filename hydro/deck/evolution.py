@@ -33,10 +33,21 @@ LIMITS = ("frame", "run")
 SHORTEST_CADENCE = 1e-6  # of the run: more often than that would fill the disk
 
 
-class Time(Section):
-    """How far and how to step in time."""
+class Timeline(Section):
+    """How far to go in time."""
 
     end: Positive = Field(description="time at which the run ends, in L_x/T_*^(1/2)")
+    wall_limit: Positive = Field(
+        default=math.inf,
+        allow_inf_nan=True,
+        description="seconds of wall clock, from start or restart, after which the run saves its state and stops; "
+        "inf for none",
+    )
+
+
+class Time(Timeline):
+    """How far and how to step in time."""
+
     integrator: Annotated[Text, Among(INTEGRATORS)] = Field(
         default="godunov",
         description="time integrator: godunov (explicit: sound and shocks) or lagrange-remap (implicit: slow flow)",
@@ -55,12 +66,6 @@ class Time(Section):
     )
     dt_max: Positive | None = Field(
         default=None, description="upper bound of the step, in L_x/T_*^(1/2); none when not given"
-    )
-    wall_limit: Positive = Field(
-        default=math.inf,
-        allow_inf_nan=True,
-        description="seconds of wall clock, from start or restart, after which the run saves its state and stops; "
-        "inf for none",
     )
 
 
@@ -127,22 +132,15 @@ class Movie(Section):
     gif: Flag = Field(default=True, description="whether to write a small movie.gif beside movie.mp4")
 
 
-class EvolutionDeck(ExperimentDeck):
-    """Evolution of the gas in time from an initial state."""
+class RunDeck(ExperimentDeck):
+    """What all decks have in common that run in time from an initial state."""
 
-    scalars: ClassVar[tuple[str, ...]] = (
-        "wall_max", "wall_min", "half_waves", "drift", "gas_density", "mean_pressure", "max_speed", "max_mach",
-        "mass_drift", "steps", "wall_seconds",
-    )  # fmt: skip
-
-    kind: Literal["evolution"] = "evolution"
     gas: Gas
     box: Box = Box()
     mesh: Mesh
     wall: Annotated[Wall, OneOf(WALLS)] = Vibrating()
     initial: Annotated[Initial, OneOf(INITIALS)]
-    time: Time
-    scheme: Scheme = Scheme()
+    time: Timeline
     output: Output = Output()
     movie: Movie = Movie()
 
@@ -194,3 +192,16 @@ class EvolutionDeck(ExperimentDeck):
     def movie_interval(self) -> float:
         """Scaled time between frames of the movie."""
         return self.output.movie_every or self.time.end / 300
+
+
+class EvolutionDeck(RunDeck):
+    """Evolution of the gas in time from an initial state."""
+
+    scalars: ClassVar[tuple[str, ...]] = (
+        "wall_max", "wall_min", "half_waves", "drift", "gas_density", "mean_pressure", "max_speed", "max_mach",
+        "mass_drift", "steps", "wall_seconds",
+    )  # fmt: skip
+
+    kind: Literal["evolution"] = "evolution"
+    time: Time
+    scheme: Scheme = Scheme()

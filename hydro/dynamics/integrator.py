@@ -27,6 +27,23 @@ MEMORY = {
         "energy given by the wall, lost in collisions and by friction, from sources, in the last step",
         "n_c T_* L_x^2",
     ),
+    "motion": (
+        "of grains: x, y, velocities along x and y, and the time they belong to, since the epoch",
+        "L_x, T_*^(1/2), L_x/T_*^(1/2)",
+    ),
+    "cells": ("column and row of the cell that a grain is in", "1"),
+    "epoch": ("number of the quarter of a time unit that times of grains are counted from", "1"),
+    "clock": ("time of the last event since the epoch, and of the epoch in the period of the wall", "L_x/T_*^(1/2)"),
+    "random": ("state of the random numbers", "1"),
+    "sums": (
+        "energy from the wall, lost in collisions, virial, momentum to the walls x = 0 and x = 1",
+        "a grain's mass times T_* or T_*^(1/2)",
+    ),
+    "counts": ("collisions, impacts on the driving wall, soft collisions, stale events, changes of cell", "1"),
+    "time": ("time of the grains", "L_x/T_*^(1/2)"),
+    "look_times": ("times of the looks that averages are taken over", "L_x/T_*^(1/2)"),
+    "look_fields": ("fields of these looks: density, momentum along x and y, energy", "n_c, n_c T_*^(1/2), n_c T_*"),
+    "look_virials": ("the virial at these looks", "a grain's mass times T_*"),
 }
 
 INTEGRATORS: Registry[Callable[..., Integrator]] = Registry("integrator")

@@ -287,6 +287,7 @@ PARTS: dict[str, Callable[[Content], Iterator[Section]]] = {
     "steady": steady,
     "branch": branch,
     "stability": stability,
+    "grains": evolution,
 }
 
 

@@ -114,7 +114,8 @@ def _write(file: h5py.File, saved: Checkpoint) -> None:
     _group(file, "steps_by", "numbers of steps by what set them").attrs.update(saved.set_by)
     snapshots = _group(file, "snapshots", "numbers that describe the states at the output times so far")
     for name, (long_name, unit) in QUANTITIES.items():
-        _dataset(snapshots, name, [row[name] for row in saved.snapshots], long_name, unit)
+        if all(name in row for row in saved.snapshots):
+            _dataset(snapshots, name, [row[name] for row in saved.snapshots], long_name, unit)
     _names(snapshots, "checkpoint", [row["checkpoint"] for row in saved.snapshots], "their files")
     _names(file, "replaceable", saved.replaceable, "files of checkpoints that newer ones may replace")
 
@@ -126,7 +127,7 @@ def _group(file: h5py.File, name: str, long_name: str) -> h5py.Group:
 
 
 def _dataset(parent: h5py.Group, name: str, values: Any, long_name: str, unit: str) -> None:
-    dataset = parent.create_dataset(name, data=np.asarray(values, float))
+    dataset = parent.create_dataset(name, data=np.asarray(values))
     dataset.attrs.update(long_name=long_name, units=unit)
 
 
@@ -245,7 +246,7 @@ def _read(file: h5py.File) -> Checkpoint:
 
 def _rows(group: h5py.Group) -> list[dict[str, Any]]:
     """The snapshots, as the summary has them."""
-    columns: dict[str, list[Any]] = {name: group[name][:].tolist() for name in QUANTITIES}
+    columns: dict[str, list[Any]] = {name: group[name][:].tolist() for name in QUANTITIES if name in group}
     columns["half_waves"] = [int(number) for number in columns["half_waves"]]
     columns["checkpoint"] = _texts(group["checkpoint"])
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]

@@ -49,8 +49,8 @@ AXES: Registry[Callable[[RunFolder, Any], Axis]] = Registry("kind of run")
 def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
     """The states of the run in the folder `path`, as an xarray Dataset that reads a field when it is needed.
 
-    Dimensions are x, y and, before them, `time` of an evolution, `state` of a steady run, `point` of a branch. Fields
-    are cell averages, the cells' widths are the coordinates dx and dy. Units are scaled; the attributes of each
+    Dimensions are x, y and, before them, `time` of an evolution or grains, `state` of a steady run, `point` of a
+    branch. Fields are cell averages, the cells' widths are the coordinates dx and dy. Units are scaled; attributes of a
     variable hold its unit and long name. Beside the conserved fields of the checkpoints: velocity, temperature,
     pressure, sound speed, Mach number, mean free path, and the local Knudsen number l |grad n|/n, that is the mean free
     path over the length on which the density changes. The attributes of the Dataset hold the deck as TOML and the
@@ -133,6 +133,7 @@ def _lazily(files: Sequence[Path], name: str, mesh: Mesh) -> da.Array:
 
 
 @AXES.register("evolution")
+@AXES.register("grains")
 def _times(folder: RunFolder, deck: Any) -> Axis:
     times, troubles = checkpoint_times(folder.checkpoints)
     for trouble in troubles:

@@ -10,11 +10,12 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hydro.deck import EvolutionDeck, dumps
+from hydro.deck.evolution import RunDeck
 from hydro.deck.initial import CheckpointInitial
 from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator, StepRejected
@@ -46,8 +47,7 @@ def solve(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[s
     Nothing in the folder is touched before the initial state is there and all is compiled. A HydroError on the
     way (failure, signal) comes through after the last good state has been saved.
     """
-    refuse_own_checkpoint(deck, folder)
-    return _follow(deck, folder, None, quiet)
+    return start(EVOLUTION, deck, folder, quiet)
 
 
 def resume(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
@@ -56,10 +56,29 @@ def resume(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[
     With the same deck it ends in the same bits as if it had not been interrupted. DeckError if the deck is that of
     another problem, CheckpointError if there are checkpoints but none can be read; else as `solve`.
     """
+    return go_on(EVOLUTION, deck, folder, quiet)
+
+
+class Engine(NamedTuple):
+    """What a kind of run in time has of its own."""
+
+    begin: Callable[[Any, Checkpoint | None], tuple[Run, float]]  # the run, compiled, and the seconds that took
+    keeper: type[Keeper]
+    history: type[History]
+
+
+def start(engine: Engine, deck: RunDeck, folder: RunFolder, quiet: bool) -> dict[str, Any]:
+    """Run a deck from its initial state; see `solve`."""
+    refuse_own_checkpoint(deck, folder)
+    return _follow(engine, deck, folder, None, quiet)
+
+
+def go_on(engine: Engine, deck: RunDeck, folder: RunFolder, quiet: bool) -> dict[str, Any]:
+    """Run a deck from the newest checkpoint in its folder; see `resume`."""
     saved = newest_checkpoint(folder)
     if saved is None:
         print("hydro: no checkpoint was saved yet: the run begins anew", file=sys.stderr)
-        return solve(deck, folder, quiet)
+        return start(engine, deck, folder, quiet)
     refuse_changes(deck, saved)
     if deck.time.end < saved.time:
         problem = f"{deck.time.end:g} lies before the newest checkpoint, t = {saved.time:.6g}"
@@ -67,32 +86,28 @@ def resume(deck: EvolutionDeck, folder: RunFolder, quiet: bool = False) -> dict[
     if deck.time.end == saved.time and (summary := folder.read_summary()).get("completed"):
         print(f"hydro: complete at t = {saved.time:.6g}; a larger time.end takes it further", file=sys.stderr)
         return summary
-    return _follow(deck, folder, saved, quiet)
+    return _follow(engine, deck, folder, saved, quiet)
 
 
-def _follow(deck: EvolutionDeck, folder: RunFolder, saved: Checkpoint | None, quiet: bool) -> dict[str, Any]:
+def _follow(engine: Engine, deck: RunDeck, folder: RunFolder, saved: Checkpoint | None, quiet: bool) -> dict[str, Any]:
     """The run from its initial state, or from a checkpoint of it, to its end."""
     with contextlib.ExitStack() as stack:
         stop, limit = stack.enter_context(StopOnSignal()), WallLimit(deck.time.wall_limit)
-        state, wall = state_of(deck, saved), wall_of(deck)
-        integrator = integrator_of(deck, state)
-        compile_seconds = warm_up(integrator, state)
-        run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
-        if saved is not None:
-            restore(run, saved)
+        run, compile_seconds = engine.begin(deck, saved)
+        wall, began = wall_of(deck), run.state.time
         folder.prepare(dumps(deck), keep=saved is not None)
-        keeper = Keeper(deck, folder, wall, state.mesh, saved)
+        keeper = engine.keeper(deck, folder, wall, run.state.mesh, saved)
         trackers: list[Tracker] = [
             AtTimes(keeper.snapshot, deck.output_times, done=keeper.last_snapshot),
             AtTimes(keeper.cadence, every=deck.output.checkpoint_every),
-            History(folder.history, wall, deck.history_interval, state.time),
+            engine.history(folder.history, wall, deck.history_interval, began),
             Every(keeper.safety, deck.output.checkpoint_seconds),
             stack.enter_context(SaveOnSignal(keeper.safety)),
             stop,
             limit,
         ]
         if deck.output.movie:
-            trackers.append(Frames(folder.frames, deck.movie_interval, state.time))
+            trackers.append(Frames(folder.frames, deck.movie_interval, began, keeper.seen))
         if not quiet:
             trackers.append(stack.enter_context(progress(folder.path.name, run.end)))
         try:
@@ -105,7 +120,18 @@ def _follow(deck: EvolutionDeck, folder: RunFolder, saved: Checkpoint | None, qu
     return summary
 
 
-def close_with_movie(deck: EvolutionDeck, folder: RunFolder, quiet: bool) -> None:
+def begin(deck: EvolutionDeck, saved: Checkpoint | None) -> tuple[Run, float]:
+    """The gas in its initial state or in that of a checkpoint, its kernels compiled, and the seconds that took."""
+    state = state_of(deck, saved)
+    integrator = integrator_of(deck, state)
+    compile_seconds = warm_up(integrator, state)
+    run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
+    if saved is not None:
+        restore(run, saved)
+    return run, compile_seconds
+
+
+def close_with_movie(deck: RunDeck, folder: RunFolder, quiet: bool) -> None:
     """Make the movie of a run that is complete; RunFailed says so if that fails."""
     from hydro.runs.movie import make_movie  # matplotlib is slow to import
 
@@ -115,7 +141,7 @@ def close_with_movie(deck: EvolutionDeck, folder: RunFolder, quiet: bool) -> Non
         raise RunFailed(f"the run is complete and saved in {folder.path}, but not its movie: {error}") from error
 
 
-def state_of(deck: EvolutionDeck, saved: Checkpoint | None) -> State:
+def state_of(deck: RunDeck, saved: Checkpoint | None) -> State:
     """The initial state, or that of a checkpoint."""
     return initial_state(deck) if saved is None else State(gas_of(deck), saved.mesh, saved.conserved, saved.time)
 
@@ -158,7 +184,7 @@ def drift(snapshots: list[dict[str, Any]]) -> float | None:
     return max(changes) / (after["time"] - before["time"])
 
 
-def refuse_own_checkpoint(deck: EvolutionDeck, folder: RunFolder) -> None:
+def refuse_own_checkpoint(deck: RunDeck, folder: RunFolder) -> None:
     """DeckError if the run would replace the checkpoint that it starts from."""
     initial = deck.initial
     if isinstance(initial, CheckpointInitial) and Path(initial.path).resolve().is_relative_to(folder.path.resolve()):
@@ -202,7 +228,7 @@ def progress(title: str, end: float) -> ProgressBar | ProgressLines:
 class Keeper:
     """Keeps what a run leaves behind: snapshots, checkpoints, pictures and the summary."""
 
-    def __init__(self, deck: EvolutionDeck, folder: RunFolder, wall: Any, mesh: Mesh, saved: Checkpoint | None = None):
+    def __init__(self, deck: Any, folder: RunFolder, wall: Any, mesh: Mesh, saved: Checkpoint | None = None):
         self.deck, self.folder, self.wall = deck, folder, wall
         self.snapshots = [] if saved is None else list(saved.snapshots)
         self._replaceable = [] if saved is None else list(saved.replaceable)
@@ -218,10 +244,14 @@ class Keeper:
 
     def snapshot(self, run: Run) -> None:
         """Note the observables, draw the density, and save a checkpoint to keep."""
-        row: dict[str, Any] = {**snapshot(run.state, self.wall), "checkpoint": self._path(run).name}
+        self.note(run, snapshot(run.state, self.wall))
+
+    def note(self, run: Run, observed: dict[str, Any]) -> None:
+        """Note what was observed of a run, draw the density, and save a checkpoint to keep."""
+        row: dict[str, Any] = {**observed, "checkpoint": self._path(run).name}
         self.snapshots.append(row)
         if self.deck.output.pictures:
-            self._draw_density([run.state], [row], f"density_{len(self.snapshots):04d}")
+            self._draw_density([self.seen(run)], [row], f"density_{len(self.snapshots):04d}")
         self._save(run, replaceable=False)
 
     def cadence(self, run: Run) -> None:
@@ -300,16 +330,22 @@ class Keeper:
         """Density maps and profiles of the snapshots, or of as many of them as fit into one picture."""
         if not self.snapshots:
             return
-        from hydro.pictures.profiles import profiles  # matplotlib is slow to import
-
         which = np.unique(np.linspace(0, len(self.snapshots) - 1, MOST_PANELS).astype(int)).tolist()
         rows = [self.snapshots[k] for k in which]
         saved = [read_or_skip(self.folder.checkpoints / row["checkpoint"]) for row in rows]
-        states = [State(like.gas, like.mesh, moment.conserved, moment.time) for moment in saved if moment is not None]
+        states = [self.shown(like, moment) for moment in saved if moment is not None]
         if states:
             there = [row for row, moment in zip(rows, saved, strict=True) if moment is not None]
             self._draw_density(states, there, "density")
-            profiles(self.folder.pictures / "profiles.png", states)
+            self._draw_profiles(states)
+
+    def seen(self, run: Run) -> State:
+        """What pictures and frames show of a run."""
+        return run.state
+
+    def shown(self, like: State, saved: Checkpoint) -> State:
+        """What pictures show of a checkpoint; its gas and mesh are those of `like`."""
+        return State(like.gas, like.mesh, saved.conserved, saved.time)
 
     def _draw_density(self, states: list[State], snapshots: list[dict[str, Any]], name: str) -> None:
         from hydro.pictures.density import Map, density_panels
@@ -320,9 +356,17 @@ class Keeper:
         ]
         density_panels(self.folder.pictures / f"{name}.png", maps)
 
+    def _draw_profiles(self, states: list[State]) -> None:
+        from hydro.pictures.profiles import profiles  # matplotlib is slow to import
+
+        profiles(self.folder.pictures / "profiles.png", states)
+
     def _draw_history(self) -> None:
         from hydro.pictures.history import history_curves
 
         rows = read_rows(self.folder.history)
         if rows.size > 1:
             history_curves(self.folder.pictures / "history.png", rows)
+
+
+EVOLUTION = Engine(begin, Keeper, History)

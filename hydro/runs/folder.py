@@ -27,9 +27,9 @@ DAMAGED = ".damaged"  # follows the names of checkpoints that could not be read
 class RunFolder:
     """Paths in a run's folder.
 
-    deck.toml (resolved), summary.json, checkpoints/, pictures/; of an evolution history.csv, checkpoints.xdmf and,
-    where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch; of a study members/ (folders of
-    runs), table.csv and table.parquet.
+    deck.toml (resolved), summary.json, checkpoints/, pictures/; of an evolution or grains history.csv,
+    checkpoints.xdmf and, where a movie is made, frames/, movie.mp4 and movie.gif; points.csv of a branch; of a study
+    members/ (folders of runs), table.csv and table.parquet.
     .lock is held while a process works here.
     """
 
@@ -144,7 +144,7 @@ class RunFolder:
         return [*made, *self.comparison.glob("*.png"), *self.comparison.glob("*.json")]
 
     def saved(self) -> list[Path]:
-        """The checkpoints, by name; those of an evolution are then in the order of time."""
+        """The checkpoints, by name; those of an evolution or grains are then in the order of time."""
         return sorted(self.checkpoints.glob("[!.]*.h5"))
 
     def read_summary(self) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import h5py
@@ -22,13 +23,13 @@ FORMAT = "hydro frame"
 
 
 class Frames(Quiet):
-    """Keeps a frame of the first step after each interval, and of the last.
+    """Keeps a frame of the first step after each interval, and of the last: of the state that `seen` gives of a run.
 
     Goes on after the frames that the folder holds; those later than `begin`, the time of the first look, are removed.
     """
 
-    def __init__(self, folder: Path, interval: float, begin: float):
-        self.folder, self.interval = folder, interval
+    def __init__(self, folder: Path, interval: float, begin: float, seen: Callable[[Run], State]):
+        self.folder, self.interval, self.seen = folder, interval, seen
         folder.mkdir(exist_ok=True)
         forget_after(folder, begin)
         self._due = multiple_after(max(map(frame_time, frames(folder)), default=-math.inf), interval)
@@ -36,7 +37,7 @@ class Frames(Quiet):
     def look(self, run: Run) -> None:
         now = run.state.time
         if now >= self._due or now >= run.end:
-            write_frame(self.folder, run.state)
+            write_frame(self.folder, self.seen(run))
             self._due = multiple_after(now, self.interval)
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydro.deck import EvolutionDeck
+from hydro.deck.evolution import RunDeck
 from hydro.errors import CheckpointError, DeckError
 from hydro.mesh import Mesh
 from hydro.pictures.moving import MovingPicture, ends
@@ -41,11 +41,13 @@ class Source(NamedTuple):
 def make_movie(deck: Any, folder: RunFolder, quiet: bool = False) -> list[Path]:
     """Write movie.mp4 and, unless the deck says no, movie.gif into the folder of a run; returns their paths.
 
-    DeckError if the folder holds no evolution; CheckpointError if there is nothing to show; RunFailed if the encoder
-    fails. What cannot be read is named on stderr and left out.
+    DeckError if the folder holds neither an evolution nor grains; CheckpointError if there is nothing to show;
+    RunFailed if the encoder fails. What cannot be read is named on stderr and left out.
     """
-    if not isinstance(deck, EvolutionDeck):
-        raise DeckError(f"{folder.path} holds a run of kind {deck.kind!r}; movies are made of evolutions", "run folder")
+    if not isinstance(deck, RunDeck):
+        raise DeckError(
+            f"{folder.path} holds a run of kind {deck.kind!r}; movies are made of evolutions and grains", "run folder"
+        )
     source, mesh, look = source_in(folder), mesh_of(deck), deck.movie
     times = list(source.times.values())
     interval = interval_of(times, deck.movie_interval, look.frames_per_second)

@@ -10,7 +10,7 @@ from hydro.dynamics.heat import wall_heat
 from hydro.mesh import Mesh
 from hydro.state import State
 
-# Long name and unit of what the summary says of a state.
+# Long name and unit of what the summary says of a state; of the last ones, only of averages over grains.
 QUANTITIES = {
     "time": ("time", "L_x/T_*^(1/2)"),
     "wall_max": ("largest density on the wall x = 0", "n_c"),
@@ -20,6 +20,12 @@ QUANTITIES = {
     "mean_pressure": ("mean pressure", "n_c T_*"),
     "max_speed": ("largest speed of the flow", "T_*^(1/2)"),
     "max_mach": ("largest Mach number", "1"),
+    "thermal_energy": ("energy of random motion", "n_c T_* L_x^2"),
+    "contrast": ("largest density over the smallest beside x = 1", "1"),
+    "wall_max_error": ("standard error of wall_max", "n_c"),
+    "wall_min_error": ("standard error of wall_min", "n_c"),
+    "gas_density_error": ("standard error of gas_density", "n_c"),
+    "thermal_energy_error": ("standard error of thermal_energy", "n_c T_* L_x^2"),
 }
 
 CLUSTER = 1.2  # times the mean of n(0, y): what the top of a cluster exceeds at least
@@ -27,7 +33,7 @@ UNIFORM = 0.02  # range of n along the wall x = 0, over its mean, up to which a 
 
 
 def snapshot(state: State, wall) -> dict[str, Any]:
-    """What the summary says of a state: QUANTITIES; see the functions below."""
+    """What the summary says of a state: the first of QUANTITIES; see the functions below."""
     low, high = wall_extremes(state.density, state.mesh)
     return {
         "time": state.time,

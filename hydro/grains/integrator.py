@@ -1,0 +1,131 @@
+"""Grains as the main loop sees them: an integrator whose steps lead from one look at the fields to the next."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hydro.deck import GrainsDeck
+from hydro.dynamics.integrator import Exchange, Integrator
+from hydro.errors import Complaint, DeckError
+from hydro.grains import events, walls
+from hydro.grains.dynamics import Dynamics, arena
+from hydro.grains.fields import density_scale, fields
+from hydro.grains.placement import number_of_grains, placed
+from hydro.registry import Registry
+from hydro.setup import mesh_of
+from hydro.state import State
+
+SAMPLES = 40  # looks at the fields that make an average
+
+# The driving wall of a deck: by the kind of its wall or, of one that vibrates, by how.
+DRIVES: Registry[Callable[[Any], Any]] = Registry("driving wall of grains")
+DRIVES.add("elastic", lambda deck: walls.ElasticWall())
+DRIVES.add("thermal", lambda deck: walls.ThermalWall(deck.wall.temperature))
+DRIVES.add("random-phase", lambda deck: walls.RandomPhaseWall(wall_speed(deck)))
+DRIVES.add("sinusoidal", lambda deck: walls.SinusoidalWall(deck.grains.amplitude, omega(deck), period(deck)))
+DRIVES.add("sawtooth", lambda deck: walls.SawtoothWall(deck.grains.amplitude, period(deck)))
+
+
+def wall_speed(deck: Any) -> float:
+    """A omega in T_*^(1/2), from K W = (2/pi)^(1/2) A^2 omega^2/T_*."""
+    return math.sqrt(deck.gas.K * deck.wall.W * math.sqrt(math.pi / 2.0))
+
+
+def omega(deck: Any) -> float:
+    """Angular frequency of the vibration."""
+    return wall_speed(deck) / deck.grains.amplitude
+
+
+def period(deck: Any) -> float:
+    """2 pi/omega of the vibration."""
+    return 2.0 * math.pi / omega(deck)
+
+
+def wall_kind(deck: GrainsDeck) -> str:
+    """Which driving wall the grains of a deck meet."""
+    if deck.wall.kind != "vibrating":
+        return deck.wall.kind
+    return deck.grains.drive if wall_speed(deck) > 0.0 else "elastic"
+
+
+def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:
+    """The grains of a deck, with the fields of its initial state. DeckError where they do not fit."""
+    diameter, length_y = deck.gas.diameter, deck.box.aspect_ratio
+    number = number_of_grains(state.mass / length_y, diameter, length_y)
+    try:
+        return dynamics_from(deck, *placed(state, number, diameter, deck.grains.seed))
+    except ValueError as error:
+        raise DeckError([Complaint("gas.f", str(error))], "initial state") from error
+
+
+def dynamics_from(deck: GrainsDeck, positions: np.ndarray, velocities: np.ndarray) -> Dynamics:
+    """The grains of a deck, where they are told to be; shapes (N, 2). ValueError where the box has too few cells."""
+    box = arena(
+        deck.gas.diameter, deck.gas.restitution, deck.box.aspect_ratio, len(positions), mesh_of(deck).periodic,
+        deck.grains.contact_time,
+    )  # fmt: skip
+    return Dynamics(box, DRIVES[wall_kind(deck)](deck), positions, velocities, deck.grains.seed)
+
+
+def dynamics_again(deck: GrainsDeck, memory: dict[str, np.ndarray]) -> Dynamics:
+    """The grains of a deck as `Dynamics.memory` has kept them."""
+    motion = memory["motion"]
+    grains = dynamics_from(deck, motion[:, events.X : events.Y + 1], motion[:, events.VX : events.VY + 1])
+    grains.remember(memory)
+    return grains
+
+
+class Sample(NamedTuple):
+    """One look at the grains: time, fields (4, nx, ny), and what has been summed by then."""
+
+    time: float
+    conserved: np.ndarray
+    virial: float
+
+
+# What a checkpoint calls the parts of looks.
+LOOKS = {"look_times": "time", "look_fields": "conserved", "look_virials": "virial"}
+
+
+class GrainsIntegrator(Integrator):
+    """Advances grains and the fields that they make; keeps the latest looks at them, for averages."""
+
+    def __init__(self, grains: Dynamics, window: float):
+        self.grains, self._interval = grains, window / SAMPLES
+        self.samples: deque[Sample] = deque(maxlen=SAMPLES)
+
+    def limits(self, state: State) -> dict[str, float]:
+        """To the next look."""
+        return {"look": self._interval}
+
+    def step(self, state: State, dt: float) -> Exchange:
+        """Run all events in `dt` and take the fields; what walls gave and collisions took is summed event by event."""
+        before = self._exchanged()
+        state.time += dt
+        self.grains.advance(state.time)
+        state.conserved[:] = fields(self.grains, state.mesh)
+        self.samples.append(Sample(state.time, state.conserved.copy(), self.grains.sum(events.VIRIAL)))
+        wall, lost = (self._exchanged() - before).tolist()
+        return Exchange(wall=wall, collisions=lost)
+
+    def _exchanged(self) -> np.ndarray:
+        """Energy that the driving wall has given so far, and that collisions have taken."""
+        sums = np.array([self.grains.sum(which) for which in (events.WALL_ENERGY, events.LOSS)])
+        return sums / density_scale(self.grains.arena.diameter)
+
+    def memory(self) -> dict[str, np.ndarray]:
+        """The grains, and the looks at them."""
+        looks = {name: np.array([getattr(sample, field) for sample in self.samples]) for name, field in LOOKS.items()}
+        return {**self.grains.memory(), **looks}
+
+    def remember(self, memory: dict[str, np.ndarray]) -> None:
+        """Take back what `memory` gave."""
+        self.grains.remember(memory)
+        times, fields_seen, virials = (memory[name] for name in LOOKS)
+        self.samples.clear()
+        self.samples.extend(map(Sample, times.tolist(), fields_seen, virials.tolist()))

@@ -1,0 +1,242 @@
+"""`kind = "grains"`: molecular dynamics of a deck, in a folder like that of an evolution.
+
+A cell holds few grains, so what is reported of fields are averages over a window of time, with the standard error that
+the scatter within it gives (jackknife over blocks).
+"""
+
+from __future__ import annotations
+
+import math
+import resource
+import time
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from hydro.deck import GrainsDeck
+from hydro.grains import events, theory
+from hydro.grains.dynamics import Dynamics
+from hydro.grains.fields import density_scale, fields, temperature
+from hydro.grains.integrator import (
+    GrainsIntegrator,
+    Sample,
+    dynamics_again,
+    dynamics_of,
+    wall_kind,
+    wall_speed,
+)
+from hydro.grains.placement import number_of_grains
+from hydro.initial import initial_state
+from hydro.mesh import Mesh
+from hydro.runs.checkpoint import Checkpoint
+from hydro.runs.evolution import Engine, Keeper, go_on, restore, start, state_of
+from hydro.runs.folder import RunFolder
+from hydro.runs.history import History
+from hydro.runs.march import Run
+from hydro.runs.observables import half_waves, wall_extremes, wall_profile
+from hydro.state import State
+
+BLOCKS = 8
+ENOUGH = 10.0  # grains counted in a cell, over all looks, before it has a temperature
+ERRORS = ("wall_max", "wall_min", "gas_density", "thermal_energy")  # whose errors the scatter within a window gives
+
+
+def solve(deck: GrainsDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
+    """Run the deck in its folder; returns the summary. Errors come through as for an evolution."""
+    return start(GRAINS, deck, folder, quiet)
+
+
+def resume(deck: GrainsDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
+    """Go on with the run in a folder; all is as for an evolution, the bits at the end too."""
+    return go_on(GRAINS, deck, folder, quiet)
+
+
+def begin(deck: GrainsDeck, saved: Checkpoint | None) -> tuple[Run, float]:
+    """The grains where the deck puts them or a checkpoint has them, all compiled, and the seconds that took."""
+    started, state = time.perf_counter(), state_of(deck, saved)
+    if saved is None:
+        grains = dynamics_of(deck, state)
+        state.conserved[:] = fields(grains, state.mesh)
+    else:
+        grains = dynamics_again(deck, saved.memory)
+    grains.advance(grains.time)
+    compile_seconds = time.perf_counter() - started
+    run = Run(state, GrainsIntegrator(grains, deck.window), deck.time.end, set_by={"look": 0, "output": 0})
+    if saved is not None:
+        restore(run, saved)
+    return run, compile_seconds
+
+
+def grains_of(run: Run) -> Dynamics:
+    """The grains of a run."""
+    return cast(GrainsIntegrator, run.integrator).grains
+
+
+def looks(run: Run) -> Sequence[Sample]:
+    """The latest looks at the fields; before the first step, the state itself."""
+    samples = cast(GrainsIntegrator, run.integrator).samples
+    return samples or [Sample(run.state.time, run.state.conserved, 0.0)]
+
+
+def mean_fields(samples: Sequence[Sample]) -> np.ndarray:
+    """Averages over looks, shape (4, nx, ny)."""
+    return np.mean([sample.conserved for sample in samples], axis=0)
+
+
+def measures(conserved: np.ndarray, mesh: Mesh) -> dict[str, float]:
+    """Wall densities, the mean density in the last cells before x = 1, and the energy of random motion."""
+    low, high = wall_extremes(conserved[0], mesh) if conserved[0, 0].any() else (0.0, 0.0)
+    thermal = mesh.integral(conserved[0] * temperature(conserved))
+    gas = float(conserved[0, -1] @ mesh.dy) / mesh.aspect_ratio
+    return {"wall_max": high, "wall_min": low, "gas_density": gas, "thermal_energy": thermal}
+
+
+def measured(run: Run) -> dict[str, float]:
+    """Measures of the average over the window, with standard errors; NaN before there are enough looks."""
+    samples, mesh = list(looks(run)), run.state.mesh
+    found = measures(mean_fields(samples), mesh)
+    errors = dict.fromkeys(ERRORS, math.nan)
+    if len(samples) >= BLOCKS:
+        length = len(samples) // BLOCKS
+        blocks = np.array([mean_fields(samples[k * length : (k + 1) * length]) for k in range(BLOCKS)])
+        rest = [measures((blocks.sum(axis=0) - block) / (BLOCKS - 1), mesh) for block in blocks]
+        errors = {key: math.sqrt(BLOCKS - 1) * float(np.std([row[key] for row in rest])) for key in ERRORS}
+    return found | {f"{key}_error": error for key, error in errors.items()}
+
+
+def mean_pressure(run: Run) -> float:
+    """Of the window, by the virial theorem, in n_c T_*: thermal energy per area and momentum carried in collisions."""
+    samples = looks(run)
+    area, span = run.state.mesh.aspect_ratio, samples[-1].time - samples[0].time
+    kinetic = run.state.mesh.integral(mean_fields(samples)[3])
+    virial = (samples[-1].virial - samples[0].virial) / density_scale(grains_of(run).arena.diameter)
+    return (kinetic + 0.5 * virial / span) / area if span > 0.0 else math.nan
+
+
+def observed(run: Run) -> dict[str, float]:
+    """What summary and history say of a moment: averages over the window before it."""
+    samples, state = looks(run), run.state
+    mean = mean_fields(samples)
+    counts = mean[0] * state.mesh.areas * density_scale(grains_of(run).arena.diameter) * len(samples)
+    n = np.where(mean[0] > 0.0, mean[0], math.inf)
+    speed = np.hypot(mean[1], mean[2]) / n
+    with np.errstate(all="ignore"):
+        mach = speed / state.gas.sound_speed(mean[0], temperature(mean))
+    return {
+        "time": state.time,
+        **measured(run),
+        "half_waves": half_waves(wall_profile(mean[0], state.mesh), state.mesh),
+        "mean_pressure": mean_pressure(run),
+        "max_speed": float(speed.max()),
+        "max_mach": float(np.max(mach, initial=0.0, where=counts > ENOUGH)),
+        "contrast": float(mean[0].max() / (mean[0, -1].min() or math.nan)),
+    }
+
+
+class GrainsHistory(History):
+    """A history of averages over the window."""
+
+    def _row(self, run: Run) -> dict[str, float]:
+        state, mean = run.state, mean_fields(looks(run))
+        moving = 0.5 * (mean[1] ** 2 + mean[2] ** 2) / np.where(mean[0] > 0.0, mean[0], math.inf)
+        rows = {"mass": state.mass, "kinetic_energy": state.mesh.integral(moving)}
+        return {**observed(run), **rows, **run.ledger.balance(state.energy)}
+
+
+class GrainsKeeper(Keeper):
+    """Keeps snapshots of averages, checkpoints with all grains and the looks at them, and the summary."""
+
+    def snapshot(self, run: Run) -> None:
+        """Note the averages, draw their density, and save a checkpoint to keep."""
+        self.note(run, observed(run))
+
+    def seen(self, run: Run) -> State:
+        """The average over the window."""
+        return State(run.state.gas, run.state.mesh, mean_fields(looks(run)), run.state.time)
+
+    def shown(self, like: State, saved: Checkpoint) -> State:
+        """The average over the window before a checkpoint."""
+        seen = saved.memory["look_fields"]
+        conserved = seen.mean(axis=0) if len(seen) else saved.conserved
+        return State(like.gas, like.mesh, conserved, saved.time)
+
+    def _draw_profiles(self, states: list[State]) -> None:
+        """None: cells without grains have no temperature."""
+
+    def _summary(self, run: Run, seconds: float, completed: bool) -> dict[str, Any]:
+        grains = grains_of(run)
+        collisions = grains.count(events.COLLISIONS)
+        return {
+            "kind": self.deck.kind,
+            "completed": completed,
+            "cells": list(run.state.mesh.cells),
+            "grains": grains.number,
+            "diameter": grains.arena.diameter,
+            "restitution": grains.arena.restitution,
+            "wall": type(grains.wall).__name__,
+            "time": run.state.time,
+            "steps": run.steps,
+            "collisions": collisions,
+            "collisions_per_second": collisions / seconds,
+            "wall_hits": grains.count(events.WALL_HITS),
+            "soft_collisions": grains.count(events.SOFT),
+            "wall_seconds": seconds,
+            "peak_memory_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+            "mass_drift": run.state.mass / run.ledger.initial_mass - 1.0,
+            "smallest_gap": grains.smallest_gap,
+            "energy_ledger": run.ledger.balance(run.state.energy),
+            "snapshots": self.snapshots,
+        }
+
+
+def describe(deck: GrainsDeck) -> list[str]:
+    """Lines on the grains of a deck and what they match, for `check`."""
+    state = initial_state(deck)
+    mean, d, r = state.mass / deck.box.aspect_ratio, deck.gas.diameter, deck.gas.restitution
+    number = number_of_grains(mean, d, deck.box.aspect_ratio)
+    rate = theory.collision_rate(mean, float(state.temperature.mean()), d)
+    cooling, conduction = theory.cooling_mu(deck.gas.gamma), theory.conduction_mu(deck.gas.alpha)
+    lines = [
+        f"{number} grains of diameter d/L_x = {d:.6g}, restitution r = {r:.6g} (1-r^2 = {1.0 - r * r:.4g})",
+        f"split by mu = {deck.gas.mu:g}; dilute kinetic theory has mu = {conduction:.3g} from conduction and "
+        f"{cooling:.3g} from cooling,",
+        f"so dilute grains conduct like K = {conduction * d:.3g} and have the densities of "
+        f"L = {deck.gas.L * cooling / conduction:.4g}",
+        f"about {0.5 * number * rate * deck.time.end:.2g} collisions, were density and temperature those of the start",
+        f"driving wall: {wall_kind(deck)}",
+    ]
+    if deck.wall.kind == "vibrating":
+        lines.append(f"A omega = {wall_speed(deck):.4g} T_*^(1/2)")
+    if math.isfinite(deck.gas.tau):
+        lines.append("warning: gas.tau is not used: grains know no rolling friction")
+    return lines
+
+
+def closing(summary: dict[str, Any]) -> list[str]:
+    """The snapshots, and how the run went."""
+    rows = [
+        f"t={row['time']:<8g} wall max {with_error(row, 'wall_max')}  min {with_error(row, 'wall_min')}  "
+        f"gas {with_error(row, 'gas_density')}"
+        for row in summary["snapshots"]
+    ]
+    return [
+        *rows,
+        f"{summary['grains']} grains, {summary['collisions']} collisions in {summary['wall_seconds']:.1f} s: "
+        f"{summary['collisions_per_second']:.3g} a second; energy residual {summary['energy_ledger']['residual']:.1e}",
+    ]
+
+
+def with_error(row: dict[str, Any], key: str) -> str:
+    """A number of a snapshot, and its standard error where it is known."""
+    error = row[f"{key}_error"]
+    known = error is not None and math.isfinite(error)
+    return f"{row[key]:.4f} ± {error:.4f}" if known else f"{row[key]:.4f}"
+
+
+def scalars(summary: dict[str, Any]) -> dict[str, Any]:
+    """Numbers that describe the run: those of its last snapshot among them."""
+    return {**summary, **(summary["snapshots"] or [{}])[-1]}
+
+
+GRAINS = Engine(begin, GrainsKeeper, GrainsHistory)

@@ -1,0 +1,242 @@
+"""The grains: event-driven dynamics against conservation, kinetic theory, and itself in other ways."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from hydro.errors import RunFailed
+from hydro.gas import Grossman
+from hydro.grains import events, theory
+from hydro.grains.dynamics import Dynamics, arena
+from hydro.grains.placement import CLOSE_PACKING, lattice, placed
+from hydro.grains.random import seeded
+from hydro.grains.walls import ElasticWall, RandomPhaseWall, SawtoothWall, SinusoidalWall, ThermalWall
+from hydro.jit import kernel
+from hydro.mesh import Mesh
+from hydro.state import State
+
+PERIODIC = (True, True)
+WALLS = {
+    "elastic": ElasticWall(),
+    "thermal": ThermalWall(2.0),
+    "random-phase": RandomPhaseWall(0.3),
+    "sinusoidal": SinusoidalWall(0.01, 30.0, 2.0 * math.pi / 30.0),
+    "sawtooth": SawtoothWall(0.01, 0.1),
+}
+
+
+def gas_of_grains(number, n, wall=WALLS["elastic"], restitution=1.0, periodic=(False, False), length_y=1.0, **options):
+    """Grains of a uniform density and temperature 1."""
+    diameter = math.sqrt(CLOSE_PACKING * n * length_y / number)
+    state = State.of(Grossman(L=0.0, K=1.0), Mesh.rectangle((4, 4), length_y, periodic=periodic), n, 1.0)
+    positions, velocities = placed(state, number, diameter, seed=1)
+    box = arena(diameter, restitution, length_y, number, periodic, **options)
+    return Dynamics(box, wall, positions, velocities, seed=2)
+
+
+def same(first, second, *names):
+    """Whether entries of two memories are the same to the bit."""
+    return all(np.array_equal(first[name], second[name]) for name in names)
+
+
+def test_elastic_grains_keep_their_energy_and_do_not_overlap():
+    gas = gas_of_grains(400, 0.5)
+    start = gas.energy
+    for stop in range(1, 21):
+        gas.advance(0.25 * stop)
+        assert gas.smallest_gap > -1e-12
+    assert gas.count(events.COLLISIONS) > 50_000
+    assert abs(gas.energy / start - 1.0) < 1e-12
+    assert np.all((gas.positions > -1e-12) & (gas.positions < 1.0 + 1e-12))
+
+
+def test_momentum_is_kept_in_a_periodic_box():
+    gas = gas_of_grains(400, 0.3, restitution=0.95, periodic=PERIODIC, length_y=2.0)
+    start = gas.velocities.sum(axis=0)
+    gas.advance(2.0)
+    assert gas.count(events.COLLISIONS) > 5_000 and gas.smallest_gap > -1e-12
+    assert np.abs(gas.velocities.sum(axis=0) - start).max() < 1e-11
+
+
+@pytest.mark.parametrize("name", WALLS)
+def test_cells_do_not_change_the_sequence_of_events(name):
+    """All pairs, and cells of two sizes, to the bit: dozens of collisions of each grain magnify any difference."""
+    runs = [gas_of_grains(60, 0.3, WALLS[name], 0.99, cell=cell) for cell in (1.0, 0.12, 0.31)]
+    assert [run.arena.columns for run in runs] == [1, 8, 3]
+    for run in runs:
+        run.advance(2.0)
+    assert runs[0].count(events.COLLISIONS) > 1_000
+    all_pairs, *others = (run.memory() for run in runs)
+    assert all(same(all_pairs, other, "motion", "random", "sums") for other in others)
+
+
+@pytest.mark.parametrize("periodic", [(False, False), (False, True)], ids=["walls", "periodic"])
+@pytest.mark.parametrize("name", WALLS)
+def test_looking_and_restarting_change_nothing(name, periodic):
+    straight, watched, resumed = (gas_of_grains(100, 0.3, WALLS[name], 0.95, periodic) for _ in range(3))
+    straight.advance(1.3)
+    for stop in (0.1, 0.25, 0.333, 0.7):
+        watched.advance(stop)
+    resumed.remember(watched.memory())
+    resumed.advance(1.3)
+    first, second = straight.memory(), resumed.memory()
+    assert same(first, second, "motion", "cells", "epoch", "clock", "random", "sums", "time")
+    assert straight.count(events.COLLISIONS) == resumed.count(events.COLLISIONS)
+
+
+@pytest.mark.parametrize("name", WALLS)
+def test_the_books_balance(name):
+    gas = gas_of_grains(200, 0.2, WALLS[name], 0.9)
+    start = gas.energy
+    gas.advance(3.0)
+    gained, lost = gas.sum(events.WALL_ENERGY), gas.sum(events.LOSS)
+    assert lost > 0.0 and (gained != 0.0) == (name != "elastic")
+    assert gas.energy - start == pytest.approx(gained - lost, abs=1e-12 * (start + abs(gained) + lost))
+    assert np.all(gas.positions[:, 0] < 1.01 + 1e-12) and gas.smallest_gap > -1e-12
+
+
+def test_velocities_become_maxwellian():
+    """Of grains that all start with the same speed; a Maxwellian in two dimensions has <v^4> = 2 <v^2>^2."""
+    gas = gas_of_grains(1000, 0.3, periodic=PERIODIC)
+    direction = np.random.default_rng(3).uniform(0.0, 2.0 * np.pi, gas.number)
+    velocities = math.sqrt(2.0) * np.stack([np.cos(direction), np.sin(direction)], axis=1)
+    gas = Dynamics(gas.arena, gas.wall, gas.positions, velocities)
+    seen = []
+    for stop in range(60):
+        gas.advance(1.0 + 0.1 * stop)
+        squares = (gas.velocities**2).sum(axis=1)
+        seen.append((squares**2).mean() / squares.mean() ** 2)
+    assert np.mean(seen) == pytest.approx(2.0, rel=0.02)
+
+
+def rates(gas, span):
+    """(collisions of a grain in unit time, p/(n T)) over a time."""
+    start, collisions, virial = gas.time, gas.count(events.COLLISIONS), gas.sum(events.VIRIAL)
+    gas.advance(start + span)
+    rate = 2.0 * (gas.count(events.COLLISIONS) - collisions) / (gas.number * span)
+    return rate, 1.0 + (gas.sum(events.VIRIAL) - virial) / (2.0 * span * gas.energy)
+
+
+def test_dilute_grains_collide_at_the_rate_of_enskog():
+    """Some 100,000 collisions, hence 0.5 percent of noise at most."""
+    gas = gas_of_grains(1000, 0.05, periodic=PERIODIC)
+    gas.advance(1.0)
+    rate, _ = rates(gas, 30.0)
+    assert rate == pytest.approx(theory.collision_rate(0.05, 1.0, gas.arena.diameter), rel=0.02)
+
+
+@pytest.mark.parametrize("n", [0.1, 0.3, 0.5, 0.7])
+def test_pressure_is_that_of_henderson(n):
+    gas = gas_of_grains(1000, n, periodic=PERIODIC)
+    gas.advance(1.0)
+    _, measured = rates(gas, 4.0)
+    assert measured == pytest.approx(theory.compressibility(n), rel=0.02)
+
+
+def test_pressure_on_walls_is_that_of_the_virial():
+    """Centres of grains fill the box, so the force on a wall over its length is the pressure, to a few d."""
+    gas = gas_of_grains(2000, 0.2)
+    gas.advance(1.0)
+    before, span = gas.grains.sums.copy(), 10.0
+    _, virial = rates(gas, span)
+    pushes = (gas.grains.sums - before)[[events.PUSH_LEFT, events.PUSH_RIGHT]] / span / gas.energy
+    assert pushes == pytest.approx(virial, rel=0.05)
+
+
+def test_grains_cool_as_haff_says():
+    gas = gas_of_grains(2000, 0.1, restitution=0.98, periodic=PERIODIC)
+    rate = theory.cooling_rate(0.1, 1.0, gas.arena.diameter, 0.98)
+    for stop in (1.0, 2.0, 4.0):
+        gas.advance(stop / rate)
+        assert gas.energy / gas.number == pytest.approx((1.0 + 0.5 * stop) ** -2, rel=0.05)
+
+
+def test_contact_time_ends_an_inelastic_collapse():
+    """Five grains thrown at a wall in a row: at r = 0.1 they collide without end, unless contacts take time."""
+    positions = np.stack([0.05 + 0.18 * np.arange(5), np.full(5, 0.5)], axis=1)
+    velocities = np.stack([np.linspace(2.0, 0.1, 5), np.zeros(5)], axis=1)
+    with pytest.raises(RunFailed, match="contact time"):
+        Dynamics(arena(0.1, 0.1, 1.0, 5), ElasticWall(), positions, velocities).advance(5.0)
+    gas = Dynamics(arena(0.1, 0.1, 1.0, 5, contact_time=1e-6), ElasticWall(), positions, velocities)
+    gas.advance(5.0)
+    assert gas.count(events.SOFT) > 0
+
+
+def test_a_lone_grain_goes_from_wall_to_wall():
+    gas = Dynamics(arena(0.1, 1.0, 2.0, 1), ElasticWall(), np.array([[0.5, 1.5]]), np.array([[1.0, -0.75]]))
+    gas.advance(7.3)
+    folded = [np.abs((start + speed * 7.3 + length) % (2.0 * length) - length) for start, speed, length in
+              ((0.5, 1.0, 1.0), (1.5, -0.75, 2.0))]  # fmt: skip
+    assert gas.positions[0] == pytest.approx(folded, abs=1e-13)
+
+
+@pytest.mark.parametrize("wall", [WALLS["sinusoidal"], WALLS["sawtooth"], SinusoidalWall(0.1, 20.0, math.pi / 10.0)])
+def test_a_moving_wall_is_met_at_its_first_crossing(wall):
+    """Against a fine scan of the gap; a grain must not pass through the wall, nor meet one that is not there."""
+    random = np.random.default_rng(4)
+
+    def place(time):
+        phase = time % wall.period / wall.period
+        if isinstance(wall, SawtoothWall):
+            return 1.0 + wall.amplitude * (1.0 - 2.0 * phase)
+        return 1.0 + wall.amplitude * np.cos(2.0 * np.pi * phase)
+
+    met = 0
+    for _ in range(300):
+        start, v = random.uniform(0.0, wall.period), random.normal() * random.choice([0.02, 0.3, 1.0])
+        x = place(start) - random.uniform(0.0, 3.0) * wall.amplitude
+        after = wall.meeting(x, v, start)
+        scan = np.linspace(0.0, min(after, 20.0 * wall.period), 20001)
+        gaps = place(start + scan) - (x + v * scan)
+        assert gaps[:-2].min() > -1e-3 * wall.amplitude
+        if after < math.inf:
+            met += 1
+            assert abs(place(start + after * (1.0 - 1e-14)) - x - v * after) < 1e-9
+            assert wall.rebound(v, 0.0, start + after, None)[0] < v
+    assert met > 100
+
+
+@kernel(exact=True)
+def energies_after(wall, speeds, random):
+    """Kinetic energies after grains of these normal velocities have met a wall at rest; replaces the speeds."""
+    for k in range(speeds.size):
+        speeds[k] = 0.5 * wall.rebound(speeds[k], 0.0, 0.0, random)[0] ** 2
+
+
+def test_the_random_phase_gives_the_heat_of_the_paper():
+    """q = (2/pi)^(1/2) A^2 omega^2 n T^(1/2): 2 (A omega)^2 for each of n (T/2 pi)^(1/2) impacts."""
+    speed = 0.1
+    incoming = np.sqrt(-2.0 * np.log(np.random.default_rng(6).random(1_000_000)))
+    energies = incoming.copy()
+    energies_after(RandomPhaseWall(speed), energies, seeded(5))
+    gains = energies - 0.5 * incoming**2
+    assert gains.std() / math.sqrt(gains.size) < 0.02 * 2.0 * speed**2
+    assert gains.mean() == pytest.approx(2.0 * speed**2, rel=0.06)
+
+
+def test_a_thermal_wall_gives_back_a_maxwellian_flux():
+    """Energy T of the normal velocity on the average, and its spread: both 2, for T = 2."""
+    energies = np.ones(1_000_000)
+    energies_after(ThermalWall(2.0), energies, seeded(5))
+    assert energies.mean() == pytest.approx(2.0, rel=0.01) and energies.std() == pytest.approx(2.0, rel=0.01)
+
+
+def test_a_lattice_holds_close_packing():
+    sites = lattice(0.01, 2.0)
+    assert len(sites) > 0.97 * 2.0 * CLOSE_PACKING / 0.01**2
+    assert np.all((sites > 0.0) & (sites < [1.0, 2.0]))
+
+
+def test_grains_start_with_the_fields_of_the_deck():
+    mesh = Mesh.rectangle((4, 4), 2.0)
+    density = 0.1 + 0.05 * np.cos(np.pi * np.arange(4) / 3.0)[:, None] * np.ones(4)
+    state = State.of(Grossman(L=0.0, K=1.0), mesh, density, 2.0, (0.3, 0.0))
+    positions, velocities = placed(state, 20_000, math.sqrt(CLOSE_PACKING * state.mass / 20_000), seed=1)
+    counts, *_ = np.histogram2d(*positions.T, bins=(mesh.x_faces, mesh.y_faces))
+    expected = 20_000 * density * mesh.areas / state.mass
+    assert np.abs(counts - expected).max() < 5.0 * np.sqrt(expected.max())
+    assert velocities.mean(axis=0) == pytest.approx([0.3, 0.0], abs=1e-12)
+    assert velocities.var(axis=0).mean() == pytest.approx(2.0, rel=1e-12)

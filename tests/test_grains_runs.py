@@ -1,0 +1,184 @@
+"""Grains as a person meets them: decks, folders, restart, studies."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+
+import numpy as np
+import pytest
+from conftest import PROBLEMS, summary_of
+
+import hydro
+from hydro.cli import main
+from hydro.deck import load
+from hydro.grains import events
+from hydro.runs.checkpoint import read_checkpoint
+from hydro.runs.folder import RunFolder
+from hydro.runs.frames import frames, read_frame
+from hydro.studies.members import members_of, run_member, scalars_of
+
+# 178 grains.
+FEW = (
+    "gas.L=300", "gas.K=0.0255", "mesh.cells=[4,8]", "time.end=2.0", "output.times=[1.0,2.0]", "grains.window=1.0",
+    "output.history_every=0.25",
+)  # fmt: skip
+DRIVES = {
+    "random-phase": (),
+    "sinusoidal": ("grains.drive=sinusoidal", "grains.amplitude=0.01"),
+    "sawtooth": ("grains.drive=sawtooth", "grains.amplitude=0.01"),
+    "thermal": ("wall.kind=thermal",),
+}
+CLOCKS = ("wall_seconds", "compile_seconds", "collisions_per_second", "peak_memory_bytes")
+
+
+def history_of(folder):
+    with (folder / "history.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_run_of_grains_leaves_a_complete_folder(run_deck):
+    words = (*FEW, "output.checkpoint_every=0.4", "output.movie=true", "movie.gif=false")
+    folder, code = run_deck("grains_small", *words)
+    assert code == 0
+    summary = summary_of(folder)
+    deck = load(PROBLEMS / "grains_small.toml", words)
+    assert load(folder / "deck.toml") == deck
+    expected = 2.0 * 0.05 * 2.0 / (math.sqrt(3.0) * deck.gas.diameter**2)
+    assert summary["kind"] == "grains" and summary["completed"] and summary["time"] == 2.0
+    assert summary["grains"] == round(expected) and summary["wall"] == "RandomPhaseWall"
+    assert summary["collisions"] > 100 and summary["wall_hits"] > 100 and summary["soft_collisions"] == 0
+    assert abs(summary["energy_ledger"]["residual"]) < 1e-10 and abs(summary["mass_drift"]) < 1e-12
+    assert summary["smallest_gap"] > -1e-12
+    assert [row["time"] for row in summary["snapshots"]] == [1.0, 2.0]
+    for row in summary["snapshots"]:
+        assert 0.0 < row["wall_min"] < row["wall_max"] < 1.0
+        assert 0.0 < row["gas_density_error"] < row["gas_density"]
+        assert (folder / "checkpoints" / row["checkpoint"]).exists()
+    saved = [read_checkpoint(path) for path in sorted(folder.glob("checkpoints/*.h5"))]
+    assert [moment.time for moment in saved] == pytest.approx([0.4, 0.8, 1.0, 1.2, 1.6, 2.0])
+    assert all(moment.memory["motion"].shape == (summary["grains"], 5) for moment in saved)
+    assert {path.name for path in folder.glob("pictures/*.png")} == {
+        "density.png", "density_0001.png", "density_0002.png", "history.png",
+    }  # fmt: skip
+    *_, last_frame = frames(folder / "frames")
+    averages = saved[-1].memory["look_fields"][:, 0].mean(axis=0)
+    assert read_frame(last_frame) == pytest.approx(averages, rel=1e-6)
+    rows = history_of(folder)
+    assert len(rows) == 9 and float(rows[-1]["time"]) == 2.0
+    assert float(rows[-1]["wall_max"]) == summary["snapshots"][-1]["wall_max"]
+
+
+def test_fields_of_a_checkpoint_are_those_of_its_grains(run_deck):
+    """Mass and energy by cell add up to those of the grains, scaled by n_c."""
+    folder, _ = run_deck("grains_small", *FEW, "output.pictures=false")
+    saved, summary = read_checkpoint(sorted(folder.glob("checkpoints/*.h5"))[-1]), summary_of(folder)
+    scale = 2.0 / (math.sqrt(3.0) * summary["diameter"] ** 2)
+    velocities = saved.memory["motion"][:, 2:4]
+    assert saved.mesh.integral(saved.conserved[0]) * scale == pytest.approx(summary["grains"], rel=1e-12)
+    assert saved.mesh.integral(saved.conserved[3]) * scale == pytest.approx(0.5 * (velocities**2).sum(), rel=1e-12)
+    looks = saved.memory["look_fields"].mean(axis=0)
+    assert float(looks[0, -1] @ saved.mesh.dy) / 2.0 == pytest.approx(summary["snapshots"][-1]["gas_density"])
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_an_interrupted_run_of_grains_ends_in_the_same_bits(run_deck, drive):
+    """Interrupted within a window, behind a snapshot: grains, looks, books, history and summary."""
+    words = (*FEW, *DRIVES[drive], "output.checkpoint_every=0.3", "output.pictures=false")
+    whole, _ = run_deck("grains_small", *words, folder="whole")
+    broken, _ = run_deck("grains_small", *words, folder="broken")
+    files = sorted(broken.glob("checkpoints/*.h5"))
+    assert read_checkpoint(files[4]).time == pytest.approx(1.2)
+    for path in (*files[5:], broken / "summary.json"):
+        path.unlink()
+    assert main(["restart", str(broken), "--quiet"]) == 0
+    first, second = (read_checkpoint(sorted(folder.glob("checkpoints/*.h5"))[-1]) for folder in (whole, broken))
+    assert first.time == second.time == 2.0 and first.steps == second.steps and first.ledger == second.ledger
+    assert np.array_equal(first.conserved, second.conserved)
+    assert first.memory.keys() == second.memory.keys() and first.memory["look_times"].size == 40
+    counts = [moment.memory.pop("counts") for moment in (first, second)]
+    assert np.array_equal(*np.delete(counts, events.STALE, axis=1))  # foreseen anew, so that none of it was stale
+    assert all(np.array_equal(first.memory[name], second.memory[name]) for name in first.memory)
+    assert history_of(whole) == history_of(broken)
+    summaries = [
+        {key: value for key, value in summary_of(folder).items() if key not in CLOCKS} for folder in (whole, broken)
+    ]
+    assert summaries[0] == summaries[1]
+
+
+def test_grains_go_further_than_they_did_but_not_as_other_grains(run_deck, capsys):
+    folder, _ = run_deck("grains_small", *FEW, "output.pictures=false")
+    assert main(["restart", str(folder), "gas.L=200", "--quiet"]) == 2
+    assert "gas.L" in capsys.readouterr().err
+    assert main(["restart", str(folder), "grains.seed=5", "--quiet"]) == 2
+    assert "grains.seed" in capsys.readouterr().err
+    assert main(["restart", str(folder), "time.end=2.5", "output.times=[1.0,2.5]", "--quiet"]) == 0
+    assert summary_of(folder)["time"] == 2.5
+    assert main(["restart", str(folder)]) == 0
+    assert "complete at t = 2.5" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["gas.mu=0.01"], "gas.mu"),
+        (["gas.K=0"], "gas.K"),
+        (["gas.f=0.9999"], "gas.f"),
+        (["grains.drive=random"], "grains.drive"),
+        (["grains.seed=-1"], "grains.seed"),
+        (["grains.seed=1.5"], "grains.seed"),
+        (["grains.amplitude=0.6"], "grains.amplitude"),
+        (["grains.window=0"], "grains.window"),
+        (["grains.contact_time=-1"], "grains.contact_time"),
+        (["time.integrator=godunov"], "time.integrator"),
+        (["scheme.limiter=mc"], "scheme"),
+        (["initial={kind='manufactured'}"], "initial.kind"),
+        (["wall.kind=elastic", "box.periodic=['x']", "gas.K=0.5", "gas.L=1", "gas.f=0.5"], "three cells"),
+        (["gas.K=0.9", "gas.L=1"], "not one grain"),
+    ],
+    ids=lambda words: words[0] if isinstance(words, list) else "",
+)
+def test_bad_decks_of_grains_end_with_exit_code_2(words, expected, tmp_path, capsys):
+    code = main([str(PROBLEMS / "grains_small.toml"), *words, "--output", str(tmp_path / "run")])
+    message = capsys.readouterr().err
+    assert code == 2 and expected in message and "Traceback" not in message
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_inelastic_collapse_ends_with_its_last_state_saved(run_deck, capsys):
+    """Grains that lose nearly all their energy in a collision, without a contact time."""
+    words = ("gas.L=1e4", "gas.K=0.0213", "mesh.cells=[4,8]", "time.end=200.0", "output.times=[200.0]")
+    folder, code = run_deck("grains_small", *words, "output.pictures=false")
+    assert code == 3
+    assert "contact time" in capsys.readouterr().err
+    assert not summary_of(folder)["completed"] and list(folder.glob("checkpoints/*.h5"))
+
+
+def test_states_report_and_closing_lines_of_grains(run_deck, capsys):
+    folder, code = run_deck("grains_small", *FEW, "output.times=[0.05,2.0]", options=())
+    assert code == 0
+    assert "grains" in capsys.readouterr().out
+    assert json.loads((folder / "summary.json").read_text())["snapshots"][0]["wall_max_error"] is None
+    assert main(["report", str(folder), "--quiet"]) == 0
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Energy ledger" in page and page.count("<img") >= 5
+    assert main(["restart", str(folder)]) == 0
+    assert hydro.open_run(folder).sizes == {"time": 2, "x": 4, "y": 8}
+    assert main(["compare", str(folder), "auto"]) == 2
+
+
+def test_a_sweep_over_seeds_knows_the_numbers_of_grains(run_deck, tmp_path):
+    """Seeds differ in their grains, not in their number."""
+    deck = tmp_path / "seeds.toml"
+    axes = "[{keys = ['grains.seed'], values = [1, 2]}]"
+    deck.write_text(
+        f"kind = 'sweep'\nbase = {{deck = '{PROBLEMS / 'grains_small.toml'}'}}\nsweep = {{axes = {axes}}}\n"
+    )
+    study = load(deck, [f"base.{word}" for word in (*FEW, "output.pictures=false")])
+    first, second = (
+        scalars_of(member.deck, run_member(member.deck, RunFolder(tmp_path / str(member.number))))
+        for member in members_of(study)
+    )
+    assert first.keys() == set(study.base.scalars) and None not in first.values()
+    assert first["grains"] == second["grains"] and first["collisions"] != second["collisions"]
