@@ -199,11 +199,16 @@ class LagrangeRemap(Integrator):
         return self.mesh.integral(source[E])
 
     def _drag(self, arrays: viscous_flow.Arrays, pressure: np.ndarray, h: float, friction: float) -> None:
-        """Viscosity over `h`, into what the balances start from."""
+        """Viscosity over `h`, into what the balances start from; `pressure` is that of the last state.
+
+        Velocities are found under a pressure halfway to the extrapolated one: closer to the new one than that of the
+        last state, while sound on the grid still dies; all of the extrapolation would let it swing for long.
+        """
         work = self._work
+        halfway = 0.5 * (pressure + work.ahead[3])
         arrays.velocity[:] = self._velocity
         iterations = viscous_flow.imply(
-            self.gas, self._viscosity, self._grid.heat, pressure, work.ahead, h, friction,
+            self.gas, self._viscosity, self._grid.heat, halfway, work.ahead, h, friction,
             work.drive_x, work.drive_y, work.base[E], arrays,
         )  # fmt: skip
         self.viscous_iterations += iterations

@@ -281,12 +281,12 @@ def relax(geometry, h, noise, a):
 def imply(gas, factor, geometry, pressure, ahead, h, friction, drive_x, drive_y, energy, a):
     """Viscosity of a step `h` that is implicit in the velocities, into what the pressure then acts on.
 
-    pressure: (nx, ny), at the start. ahead: (4, nx, ny), n, u, v, p of the new time, roughly. drive_x, drive_y:
+    pressure: (nx, ny), of the new time, roughly. ahead: (4, nx, ny), n, u, v, p likewise. drive_x, drive_y:
     (nx, ny), momentum of the faces before pressure, friction and viscosity act; energy: (nx, ny), of cells. The
     velocities in `a` are a first guess. Returns the number of iterations.
 
-    The velocities are those that the pressure of the start gives. What its change adds to them feels no viscosity, an
-    error of third order in the step (incremental pressure correction, van Kan, 1986).
+    The velocities are those that this pressure gives. What the new one adds to them feels no viscosity, an error of
+    third order in the step (incremental pressure correction; van Kan, SIAM J. Sci. Stat. Comput. 7, 870, 1986).
     """
     nx, ny = pressure.shape
     total = 0.0
