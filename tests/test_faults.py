@@ -382,6 +382,16 @@ def test_a_header_torn_after_the_first_checkpoint(tmp_path, undisturbed):
     assert restart(folders[1]) == 0 and not differences(folders[1], outcome(folders[0]))
 
 
+def test_a_history_of_other_columns(copy, capsys):
+    """As another version may have written: told by name, and no checkpoint is lost."""
+    stopped(copy)
+    history = copy / "history.csv"
+    history.write_text(history.read_text().replace("time", "moment", 1))
+    before = contents(copy)
+    assert restart(copy) == 3 and "history.csv" in message_of(capsys)
+    assert {path: path.read_bytes() for path in before} == before
+
+
 def test_a_deck_that_is_lost_is_taken_from_the_checkpoint(copy, expected, undisturbed, capsys):
     stopped(copy)
     (copy / "deck.toml").unlink()
