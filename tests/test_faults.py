@@ -14,7 +14,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from test_restart import check_series, deck, differences, outcome, restart, times_saved
+from conftest import differences, outcome, restart
+from test_restart import check_series, deck, times_saved
 from zygote import draw_nothing
 
 import hydro.runs.evolution
