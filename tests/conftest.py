@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ from hydro.cli import main
 from hydro.runs.checkpoint import read_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.frames import frames
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # shells let what is begun in the background ignore it
 
 PROBLEMS = Path(__file__).parent.parent / "problems"
 
