@@ -22,13 +22,14 @@ from statistics import median
 import numba
 import numpy as np
 from cases import GAMMA, Case, granular_gas, rippled
-from measure import Triad, interleaved, mega, processor, ratio, table
+from measure import Triad, interleaved, mega, nanoseconds, processor, ratio, table
 from pyro_client import Pyro, PyroUnavailableError, default_environment
 from simple_wave import HydroWave, PyroWave, wave_report, wave_runs
 
 from hydro.mesh import Mesh
 
-FRESH = Path(__file__).with_name("fresh.py")
+FRESH, OPERATIONS = (Path(__file__).with_name(name) for name in ("fresh.py", "operations.py"))
+COUNTED = 48  # cells along a side on which operations are counted
 KINDS = ("ideal", "full")
 ALL_KINDS = (*KINDS, "implicit")
 PYRO_SETUPS: dict[str, dict[str, float]] = {
@@ -107,7 +108,7 @@ def sizes(effort: Effort, _: Path) -> str:
     triads = [Triad(count) for count in threads]
     bandwidths = np.median(interleaved(5, *(one.bandwidth for one in triads)), axis=0)
     del triads
-    columns = [f"{kind}, {count} thr." for kind in KINDS for count in threads]
+    columns = [f"{kind}, {count} thr." for kind in KINDS for count in threads] + ["implicit, 1 thr."]
     shares = [f"share of triad, {count} thr." for count in threads]
     rows = [size_row(n, threads, bandwidths, effort) for n in effort.sizes]
     measured = ", ".join(f"{b / 1e9:.3g} GB/s with {count}" for b, count in zip(bandwidths, threads, strict=True))
@@ -120,11 +121,39 @@ def sizes(effort: Effort, _: Path) -> str:
 
 def size_row(n: int, threads: Sequence[int], bandwidths: np.ndarray, effort: Effort) -> list[str]:
     """Million cell-steps per second of both kinds, and the shares of the bandwidth."""
-    cases = [Case(n, kind, count) for kind in KINDS for count in threads]
+    cases = [*(Case(n, kind, count) for kind in KINDS for count in threads), Case(n, "implicit")]
     rounds = interleaved(3, *(lambda c=c: c.rate(0.5 * effort.least_seconds) for c in cases))
     rates = np.median(rounds, axis=0)
     shares = STATE_BYTES * rates[: len(threads)] / bandwidths
     return [f"{n}^2", *(f"{rate / 1e6:.3g}" for rate in rates), *(f"{share:.0%}" for share in shares)]
+
+
+def limits(effort: Effort, _: Path) -> str:
+    """What bounds a step: its arithmetic at the measured pace of each operation, and the least traffic."""
+    rows, bandwidth = [], float(np.median(interleaved(5, Triad(1).bandwidth)))
+    pace = {
+        name: min(one[name] for one in (nanoseconds() for _ in range(5))) for name in ("sums", "divisions", "roots")
+    }
+    pace["products"] = pace["sums"]
+    for kind in ALL_KINDS:
+        done = json.loads(subprocess.run([sys.executable, str(OPERATIONS), kind, str(COUNTED)], stdout=subprocess.PIPE,
+                                         text=True, check=True).stdout)  # fmt: skip
+        case = Case(COUNTED, kind)
+        taken = 1e9 / float(np.median(interleaved(5, lambda case=case: case.rate(effort.least_seconds))))
+        arithmetic = sum(done[name] * pace[name] for name in pace)
+        traffic = 1e9 * STATE_BYTES / bandwidth
+        counts = [f"{done['sums'] + done['products']:.0f}", f"{done['divisions']:.0f}", f"{done['roots']:.0f}"]
+        rows.append([kind, *counts, f"{taken:.0f}", f"{arithmetic:.0f} ({arithmetic / taken:.0%})",
+                     f"{traffic:.1f} ({traffic / taken:.0%})"])  # fmt: skip
+    return (
+        f"{COUNTED}^2 cells, one core. The kernels are run uncompiled on numbers that count (`operations.py`). At best a "
+        f"sum or product takes {pace['sums']:.3f} ns here, a division {pace['divisions']:.2f} ns, a root "
+        f"{pace['roots']:.2f} ns (vectors in the nearest cache). What these add up to, and the time in which the state "
+        "is read and written once at triad bandwidth, are lower bounds; their shares of the measured time are how near "
+        "the roofline is. The larger share says what limits: arithmetic, for all three.\n\n"
+        + table(["kind", "sums and products per cell-step", "divisions", "roots", "ns per cell-step, measured",
+                 "arithmetic at best, ns", "traffic at best, ns"], rows)
+    )  # fmt: skip
 
 
 def memory(effort: Effort, _: Path) -> str:
@@ -170,6 +199,7 @@ PARTS: dict[str, tuple[str, Callable[[Effort, Path], str]]] = {
     "throughput": ("Speed beside pyro2, one core", throughput),
     "equal-error": ("Time to equal error beside pyro2, one core", equal_error),
     "sizes": ("Speed against grid size (million cell-steps/s)", sizes),
+    "limits": ("What limits a step", limits),
     "memory": ("Memory", memory),
     "starts": ("Seconds from the start of the process", starts),
 }
