@@ -29,7 +29,7 @@ from simple_wave import HydroWave, PyroWave, wave_report, wave_runs
 from hydro.mesh import Mesh
 
 FRESH, OPERATIONS = (Path(__file__).with_name(name) for name in ("fresh.py", "operations.py"))
-COUNTED = 48  # cells along a side on which operations are counted
+COUNTED = 32  # cells along a side on which operations are counted
 KINDS = ("ideal", "full")
 ALL_KINDS = (*KINDS, "implicit")
 PYRO_SETUPS: dict[str, dict[str, float]] = {
@@ -130,30 +130,30 @@ def size_row(n: int, threads: Sequence[int], bandwidths: np.ndarray, effort: Eff
 
 def limits(effort: Effort, _: Path) -> str:
     """What bounds a step: its arithmetic at the measured pace of each operation, and the least traffic."""
-    rows, bandwidth = [], float(np.median(interleaved(5, Triad(1).bandwidth)))
-    pace = {
-        name: min(one[name] for one in (nanoseconds() for _ in range(5))) for name in ("sums", "divisions", "roots")
-    }
-    pace["products"] = pace["sums"]
-    for kind in ALL_KINDS:
-        done = json.loads(subprocess.run([sys.executable, str(OPERATIONS), kind, str(COUNTED)], stdout=subprocess.PIPE,
-                                         text=True, check=True).stdout)  # fmt: skip
-        case = Case(COUNTED, kind)
-        taken = 1e9 / float(np.median(interleaved(5, lambda case=case: case.rate(effort.least_seconds))))
-        arithmetic = sum(done[name] * pace[name] for name in pace)
-        traffic = 1e9 * STATE_BYTES / bandwidth
-        counts = [f"{done['sums'] + done['products']:.0f}", f"{done['divisions']:.0f}", f"{done['roots']:.0f}"]
-        rows.append([kind, *counts, f"{taken:.0f}", f"{arithmetic:.0f} ({arithmetic / taken:.0%})",
-                     f"{traffic:.1f} ({traffic / taken:.0%})"])  # fmt: skip
+    traffic = 1e9 * STATE_BYTES / float(np.median(interleaved(5, Triad(1).bandwidth)))
+    paces = [nanoseconds() for _ in range(5)]
+    pace = {name: min(one[name] for one in paces) for name in paces[0]}
+    header = ["kind", "sums and products per cell-step", "divisions", "roots", "ns per cell-step, measured",
+              "arithmetic at best, ns", "traffic at best, ns"]  # fmt: skip
     return (
-        f"{COUNTED}^2 cells, one core. The kernels are run uncompiled on numbers that count (`operations.py`). At best a "
-        f"sum or product takes {pace['sums']:.3f} ns here, a division {pace['divisions']:.2f} ns, a root "
-        f"{pace['roots']:.2f} ns (vectors in the nearest cache). What these add up to, and the time in which the state "
-        "is read and written once at triad bandwidth, are lower bounds; their shares of the measured time are how near "
-        "the roofline is. The larger share says what limits: arithmetic, for all three.\n\n"
-        + table(["kind", "sums and products per cell-step", "divisions", "roots", "ns per cell-step, measured",
-                 "arithmetic at best, ns", "traffic at best, ns"], rows)
-    )  # fmt: skip
+        f"{COUNTED}^2 cells, one core. Operations are counted in the third step (`operations.py`). At best a sum or "
+        f"product takes {pace['sums']:.3f} ns here, a division {pace['divisions']:.2f} ns, a root {pace['roots']:.2f} "
+        "ns: vectors in the nearest cache. What these add up to, and the time in which the state is read and written "
+        "once at triad bandwidth, are lower bounds. Their shares of the measured time say how near the roofline is, "
+        "and the larger share what limits.\n\n"
+        + table(header, [limits_row(kind, pace, traffic, effort) for kind in ALL_KINDS])
+    )
+
+
+def limits_row(kind: str, pace: dict[str, float], traffic: float, effort: Effort) -> list[str]:
+    """Operations of a step, and its time beside what these and the traffic take at best, in ns per cell."""
+    words = [sys.executable, str(OPERATIONS), kind, str(COUNTED)]
+    done = json.loads(subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout)
+    case = Case(COUNTED, kind)
+    taken = 1e9 / float(np.median(interleaved(5, lambda: case.rate(effort.least_seconds))))
+    bounds = (sum(done[name] * pace[name] for name in pace), traffic)
+    counts = (done["sums"] + done["products"], done["divisions"], done["roots"])
+    return [kind, *(f"{one:.0f}" for one in (*counts, taken)), *(f"{one:.0f} ({one / taken:.0%})" for one in bounds)]
 
 
 def memory(effort: Effort, _: Path) -> str:
@@ -207,8 +207,8 @@ PARTS: dict[str, tuple[str, Callable[[Effort, Path], str]]] = {
 
 def report(parts: Sequence[str], effort: Effort, environment: Path) -> None:
     """Print the chosen parts; one that needs pyro2 and cannot have it says so."""
-    print("# The explicit integrator: speed\n")
-    print(f"Processor: {processor()}, {os.cpu_count()} cores. Python {platform.python_version()}, "
+    print("## The explicit integrator\n")
+    print(f"Printed by `python benchmarks/explicit.py`. Processor: {processor()}, {os.cpu_count()} cores. Python {platform.python_version()}, "
           f"numba {version('numba')}, numpy {version('numpy')}.\n", flush=True)  # fmt: skip
     for name in parts:
         title, measure = PARTS[name]
@@ -217,7 +217,7 @@ def report(parts: Sequence[str], effort: Effort, environment: Path) -> None:
             text = measure(effort, environment)
         except PyroUnavailableError as problem:
             text = f"**Not measured: pyro2 is not available.** {problem}"
-        print(f"## {title}\n\n{text}\n\n({time.perf_counter() - started:.0f} s)\n", flush=True)
+        print(f"### {title}\n\n{text}\n\n({time.perf_counter() - started:.0f} s)\n", flush=True)
 
 
 def main() -> None:

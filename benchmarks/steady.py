@@ -1,4 +1,4 @@
-"""Seconds of the steady and stability solvers: `python benchmarks/steady.py`. Prints a section of docs/performance.md."""
+"""Seconds of the steady and stability solvers: `python benchmarks/steady.py`, a section of docs/performance.md."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def stability() -> str:
     return "### Marginal stability\n\n" + table(["L", "extended state, ms", *walls], rows)
 
 
-def main() -> None:
+def report() -> None:
     """Print the section."""
     print("## Steady states and stability\n")
     print(f"Printed by `python benchmarks/steady.py`: medians of {ROUNDS}, after compilation. {processor()}.")
@@ -95,4 +95,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    report()
