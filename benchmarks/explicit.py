@@ -208,7 +208,8 @@ PARTS: dict[str, tuple[str, Callable[[Effort, Path], str]]] = {
 def report(parts: Sequence[str], effort: Effort, environment: Path) -> None:
     """Print the chosen parts; one that needs pyro2 and cannot have it says so."""
     print("## The explicit integrator\n")
-    print(f"Printed by `python benchmarks/explicit.py`. Processor: {processor()}, {os.cpu_count()} cores. Python {platform.python_version()}, "
+    print("Printed by `python benchmarks/explicit.py`.\n")
+    print(f"Processor: {processor()}, {os.cpu_count()} cores. Python {platform.python_version()}, "
           f"numba {version('numba')}, numpy {version('numpy')}.\n", flush=True)  # fmt: skip
     for name in parts:
         title, measure = PARTS[name]
