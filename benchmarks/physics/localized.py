@@ -254,7 +254,7 @@ def film(folder: Path, grains: dict[str, Any], flow: dict[str, Any]) -> None:
     canvas = FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
     figure.subplots_adjust(left=0.04, right=0.96, bottom=0.03, top=0.9, wspace=0.08)
-    side = np.sign(np.mean(grains["cosine"][-200:]))
+    same_side = np.mean(grains["cosine"][-200:]) * flow["cosine"][-1] > 0.0
     for axis in (left, right):
         axis.set_aspect("equal")
         axis.set_xlim(-0.5 * diameter, 1.0 + 0.5 * diameter)
@@ -273,7 +273,7 @@ def film(folder: Path, grains: dict[str, Any], flow: dict[str, Any]) -> None:
         with mp4(movie, (width, height), FRAMES_PER_SECOND) as write:
             for number, (positions, density) in enumerate(zip(grains["pictures"], flow["pictures"], strict=True)):
                 places = np.array(positions)
-                places[:, 1] = places[:, 1] if side > 0.0 else ratio - places[:, 1]
+                places[:, 1] = places[:, 1] if same_side else ratio - places[:, 1]
                 disks.set_offsets(places)
                 image.set_data(np.array(density).T)
                 left.set_title(f"grains, t = {(number + 1) * FRAMES:g}", fontsize=9)
@@ -307,5 +307,21 @@ BOXES = """
 order would have.
 """
 
-VERDICT = """TODO
+VERDICT = """
+**What agrees.** Of the three, Enskog's hydrodynamics alone has the centre of mass where the grains have it: x = 0.255
+beside 0.253 ± 0.002; with the closures of the paper it is at 0.230 (the deck's L) and 0.286 (matched). The wall
+densities of the grains scatter about its steady 0.88 (beyond freezing, where the theory is a guess) and 0.042. Their
+means are less extreme, 0.69 ± 0.07 and 0.048 ± 0.009, as the cluster moves within a window.
+
+**What does not.** A cluster of so few grains is not at rest. It wanders along the wall from corner to corner, so the
+mean cosine changes its sign in two of three seeds, and its absolute value is 0.27 ± 0.05 on the average where
+hydrodynamics has 0.38. It forms from noise within t = 50; Enskog's hydrodynamics takes until t = 200, those of the
+paper's closures more than 400. (The cosine of the start is undone by the first wave through the box: the flow ends in
+the other corner.)
+
+**The threshold is not seen.** The amplitude grows smoothly from 0.11 at Delta = 0.6, where no hydrodynamics has a
+cluster, and is five times there what grains without order would have, to 0.30 at Delta = 2. At 1.2 and 1.5, where the
+closures of the paper have the extended state alone, it is 0.17 and 0.22, and Enskog's 0.11 and 0.24; but fluctuations
+are as large as the difference, and two seeds do not tell his threshold from a gradual onset. More grains at the same
+L would: smaller ones, less inelastic.
 """
