@@ -277,10 +277,11 @@ def draw(found: list[Comparison]) -> Figure:
 VERDICT = """
 **Which L.** The closures of the paper come closest to the densities at 0.7 L where the gas is dilute (f = 0.03), at
 0.8 L at f = 0.1, L = 500 and 2000, and at the L of the deck or more where there is a cluster (L = 8000; f = 0.25).
-Kinetic theory says the same: mu of cooling over mu of conduction is 0.59 in the dilute limit and 1 at n = 0.18. So
+Kinetic theory says the same: mu of cooling over mu of conduction is 0.59 in the dilute limit and 1 at n = 0.15. So
 the deck's own L with mu = 1 describes densities within 4% to 8% of the mass everywhere, the matched 0.59 L only where
 the gas is dilute: within 2% at f = 0.03, no better than 20% where there is a cluster. T knows each mu: with mu = 1
-the gas at the driving wall comes out up to twice too hot; matched, T is within 6% at L = 500 and f = 0.03.
+the gas at the driving wall comes out 1.5 to 2.7 times as hot as grains are; matched, T is within 6% at L = 500 and f
+= 0.03.
 
 **Where hydrodynamics holds.** With Enskog's coefficients, and nothing fitted, densities are within 1.3% at L = 500
 and at f = 0.03 (1-r^2 = 0.01 and 0.04) and T within 3%; within 5% for all other cases with 1-r^2 up to 0.04. At L =
