@@ -348,6 +348,18 @@ def test_states_of_another_gas_or_box_are_refused(
     assert complaint in capsys.readouterr().err and not (run / "compare").exists()
 
 
+def test_grains_are_compared_by_the_averages_over_their_windows(tmp_path):
+    """What is compared has the wall density of the summary, not that of the last moment."""
+    short = ("gas.K=0.03", "gas.L=500", "mesh.cells=[8,4]", "time.end=24", "output.times=[2,24]", "grains.window=20")
+    run = tmp_path / "grains"
+    assert main([str(PROBLEMS / "grains_extended.toml"), *short, "--output", str(run), "--quiet"]) == 0
+    assert main(["compare", str(run), "auto", "--quiet"]) == 0
+    found = json.loads((run / "compare" / "compare.json").read_text())
+    last = found["checkpoints"][-1]
+    assert last["time"] == 24.0 and found["wave"] == 0 and last["density"]["L2"] < 0.3
+    assert last["wall_max"] == json.loads((run / "summary.json").read_text())["snapshots"][-1]["wall_max"]
+
+
 def test_folders_that_cannot_be_compared_are_refused(fake_run, steady_run, tmp_path, capsys):
     def refusal(run, steady):
         assert main(["compare", str(run), str(steady)]) == 2

@@ -98,6 +98,19 @@ def test_the_books_balance(name):
     assert np.all(gas.positions[:, 0] < 1.01 + 1e-12) and gas.smallest_gap > -1e-12
 
 
+@pytest.mark.parametrize("wall", [SinusoidalWall(0.2, 3.0, 2.0 * math.pi / 3.0), SawtoothWall(0.2, 1.0)])
+def test_a_wall_that_reaches_far_is_not_passed(wall):
+    """Grains meet it wherever it goes: farther than a cell of the usual width, a twentieth of the box."""
+    gas = gas_of_grains(50, 0.1, wall, 0.9, reach=wall.amplitude)
+    assert gas.arena.width > wall.amplitude
+    for stop in range(1, 60):
+        gas.advance(0.07 * stop)
+        phase = gas.time % wall.period / wall.period
+        sawtooth = isinstance(wall, SawtoothWall)
+        place = 1.0 + wall.amplitude * (1.0 - 2.0 * phase if sawtooth else math.cos(2.0 * math.pi * phase))
+        assert np.all(gas.positions[:, 0] < place + 1e-12)
+
+
 def test_velocities_become_maxwellian():
     """Of grains that all start with the same speed; a Maxwellian in two dimensions has <v^4> = 2 <v^2>^2."""
     gas = gas_of_grains(1000, 0.3, periodic=PERIODIC)

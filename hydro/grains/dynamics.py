@@ -44,14 +44,16 @@ def arena(
     periodic: tuple[bool, bool] = (False, False),
     contact_time: float = 0.0,
     cell: float | None = None,
+    reach: float = 0.0,
 ) -> Arena:
     """The box 0 < x < 1, 0 < y < length_y of the centres of grains, in cells of the width `cell` or a little more.
 
     Without `cell`, that is 1.2 diameters, or more where the gas is so dilute that most cells would be
-    empty. ValueError where a periodic box has no three cells across.
+    empty. The last column holds all of what a moving wall can `reach`, 1-reach < x: only there grains look for it.
+    ValueError where a periodic box has no three cells across.
     """
     sparse = math.sqrt(length_y / (CELLS_PER_GRAIN * number))
-    width = max(CELL * diameter, sparse) if cell is None else cell
+    width = max(max(CELL * diameter, sparse) if cell is None else cell, 1.001 * reach)
     columns, rows = max(math.floor(1.0 / width), 1), max(math.floor(length_y / width), 1)
     for along, cells in zip(periodic, (columns, rows), strict=True):
         if along and cells < 3:

@@ -65,11 +65,12 @@ def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:
 
 def dynamics_from(deck: GrainsDeck, positions: np.ndarray, velocities: np.ndarray) -> Dynamics:
     """The grains of a deck, where they are told to be; shapes (N, 2). ValueError where the box has too few cells."""
+    wall = DRIVES[wall_kind(deck)](deck)
     box = arena(
         deck.gas.diameter, deck.gas.restitution, deck.box.aspect_ratio, len(positions), mesh_of(deck).periodic,
-        deck.grains.contact_time,
+        deck.grains.contact_time, reach=getattr(wall, "amplitude", 0.0),
     )  # fmt: skip
-    return Dynamics(box, DRIVES[wall_kind(deck)](deck), positions, velocities, deck.grains.seed)
+    return Dynamics(box, wall, positions, velocities, deck.grains.seed)
 
 
 def dynamics_again(deck: GrainsDeck, memory: dict[str, np.ndarray]) -> Dynamics:

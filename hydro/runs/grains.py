@@ -84,6 +84,12 @@ def mean_fields(samples: Sequence[Sample]) -> np.ndarray:
     return np.mean([sample.conserved for sample in samples], axis=0)
 
 
+def averaged(saved: Checkpoint) -> np.ndarray:
+    """Fields of a checkpoint, (4, nx, ny): averages over the looks that it has; without any, those of the moment."""
+    seen = saved.memory.get("look_fields", ())
+    return np.mean(seen, axis=0) if len(seen) else saved.conserved
+
+
 def measures(conserved: np.ndarray, mesh: Mesh) -> dict[str, float]:
     """Wall densities, the mean density in the last cells before x = 1, and the energy of random motion."""
     low, high = wall_extremes(conserved[0], mesh) if conserved[0, 0].any() else (0.0, 0.0)
@@ -157,9 +163,7 @@ class GrainsKeeper(Keeper):
 
     def shown(self, like: State, saved: Checkpoint) -> State:
         """The average over the window before a checkpoint."""
-        seen = saved.memory["look_fields"]
-        conserved = seen.mean(axis=0) if len(seen) else saved.conserved
-        return State(like.gas, like.mesh, conserved, saved.time)
+        return State(like.gas, like.mesh, averaged(saved), saved.time)
 
     def _draw_profiles(self, states: list[State]) -> None:
         """None: cells without grains have no temperature."""

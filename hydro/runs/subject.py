@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hydro.deck import EvolutionDeck, SteadyDeck
+from hydro.deck import EvolutionDeck, GrainsDeck, SteadyDeck
 from hydro.errors import Complaint, DeckError
 from hydro.runs.checkpoint import checkpoint_times, leave_out, read_checkpoint
 from hydro.runs.folder import RunFolder
+from hydro.runs.grains import averaged
 from hydro.runs.progress import counted
 from hydro.setup import gas_of, wall_of
 from hydro.state import State
@@ -27,19 +28,20 @@ SAME = 1e-6  # relative difference within which numbers of two decks, and masses
 class Subject:
     """The run that is compared: its deck, and its checkpoints in order of time."""
 
-    deck: EvolutionDeck
+    deck: EvolutionDeck | GrainsDeck
     files: list[Path]
 
     @classmethod
     def of(cls, path: Path) -> Subject:
-        """DeckError if the folder holds no evolution before a driving wall, or no checkpoints yet.
+        """DeckError if the folder holds no evolution, nor grains, before a driving wall, or no checkpoints yet.
 
         Checkpoints that cannot be read are named on stderr and left out.
         """
         folder = RunFolder(path)
         deck = folder.load_deck()
-        if not isinstance(deck, EvolutionDeck):
-            raise DeckError(f"{path} holds a run of kind {deck.kind!r}; only an evolution can be compared", "RUNDIR")
+        if not isinstance(deck, EvolutionDeck | GrainsDeck):
+            problem = f"{path} holds a run of kind {deck.kind!r}; only an evolution or grains can be compared"
+            raise DeckError(problem, "RUNDIR")
         refuse_idle(deck, folder)
         times, troubles = checkpoint_times(folder.checkpoints)
         for trouble in troubles:
@@ -59,9 +61,9 @@ class Subject:
         return map(self.state, self.files)
 
     def state(self, file: Path) -> State:
-        """The state of a checkpoint."""
+        """The state of a checkpoint; of grains, the average over the window before it."""
         saved = read_checkpoint(file)
-        return State(gas_of(self.deck), saved.mesh, saved.conserved, saved.time)
+        return State(gas_of(self.deck), saved.mesh, averaged(saved), saved.time)
 
     @property
     def last(self) -> State:
@@ -75,7 +77,7 @@ class Subject:
         return Balance.of(state.gas, self.wall, state.mesh, state.mass / state.mesh.aspect_ratio)
 
 
-def refuse_idle(deck: EvolutionDeck, folder: RunFolder) -> None:
+def refuse_idle(deck: EvolutionDeck | GrainsDeck, folder: RunFolder) -> None:
     """DeckError for a gas that has no steady state, naming the keys."""
     idle = {
         "wall.kind": deck.wall.kind == "elastic",
