@@ -163,6 +163,16 @@ class Dynamics:
         """The smallest distance between surfaces of grains, in diameters: negative where they overlap."""
         return events.smallest_gap(self.grains, self.arena, self.time - self._epoch * EPOCH)
 
+    def closest_until(self, time: float, every: int) -> float:
+        """Advance, and return the smallest gap seen right after every so many events: who just collided touches."""
+        smallest = math.inf
+        while self.time < time:
+            end = min(time - self._epoch * EPOCH, EPOCH)
+            while events.run(self.grains, self.arena, self.wall, end, every) == every:
+                smallest = min(smallest, events.smallest_gap(self.grains, self.arena, self.grains.clock[events.NOW]))
+            self.advance(self._epoch * EPOCH + end)
+        return smallest
+
     def count(self, which: int) -> int:
         """How often something happened so far: `events.COLLISIONS` and the names beside it."""
         return int(self.grains.counts[which])

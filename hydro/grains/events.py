@@ -40,9 +40,9 @@ class Grains(NamedTuple):
     (N, 2): column and row of the cell. heads (columns, rows): first grain of each cell. following (N,): next grain of
     the same cell. candidates (N + 2, 3): room for the grains in a block of cells, and how often one goes round the box
     to them. clock (2,): time of the last event, and what to add to times to count them from the beginning of a period
-    of the wall. random (4,): the state of the random numbers. sums (5,): energy given by the wall, energy lost, the virial,
-    momentum given to the walls at x = 0 and x = 1. counts (5,): collisions, impacts on the driving wall, collisions
-    that the contact time made elastic, stale events, changes of cell.
+    of the wall. random (4,): the state of the random numbers. sums (5,): energy given by the wall, energy lost, the
+    virial, momentum given to the walls at x = 0 and x = 1. counts (5,): collisions, impacts on the driving wall,
+    collisions that the contact time made elastic, stale events, changes of cell.
     """
 
     motion: np.ndarray
