@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray
 from conftest import PROBLEMS, summary_of
 
 import hydro
@@ -18,6 +19,7 @@ from hydro.errors import DeckError
 from hydro.grains import events
 from hydro.grains.integrator import dynamics_of
 from hydro.initial import initial_state
+from hydro.pictures.sweep import ensemble
 from hydro.runs.checkpoint import read_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.frames import frames, read_frame
@@ -65,7 +67,7 @@ def test_a_run_of_grains_leaves_a_complete_folder(run_deck):
     assert [moment.time for moment in saved] == pytest.approx([0.4, 0.8, 1.0, 1.2, 1.6, 2.0])
     assert all(moment.memory["motion"].shape == (summary["grains"], 5) for moment in saved)
     assert {path.name for path in folder.glob("pictures/*.png")} == {
-        "density.png", "density_0001.png", "density_0002.png", "history.png",
+        "density.png", "density_0001.png", "density_0002.png", "grains_0001.png", "grains_0002.png", "history.png",
     }  # fmt: skip
     *_, last_frame = frames(folder / "frames")
     averages = saved[-1].memory["look_fields"][:, 0].mean(axis=0)
@@ -255,3 +257,14 @@ def test_a_sweep_over_seeds_knows_the_numbers_of_grains(run_deck, tmp_path):
     )
     assert first.keys() == set(study.base.scalars) and None not in first.values()
     assert first["grains"] == second["grains"] and first["collisions"] != second["collisions"]
+
+
+def test_pictures_of_sweeps_average_over_seeds():
+    """Means and their standard errors; a sweep over nothing but seeds is shown as it is."""
+    numbers = np.array([[1.0, 2.0, 6.0], [4.0, 4.0, np.nan]])
+    values = xarray.DataArray(numbers, {"gas.L": [1.0, 2.0], "grains.seed": [1.0, 2.0, 3.0]}, name="wall_max")
+    means, errors = ensemble(values)
+    assert means.dims == errors.dims == ("gas.L",) and means.name == "wall_max"
+    assert means.values == pytest.approx([3.0, 4.0])
+    assert errors.values == pytest.approx([math.sqrt(7.0 / 3.0), 0.0])
+    assert ensemble(values[0]) == (values[0], None)

@@ -148,8 +148,12 @@ class GrainsKeeper(Keeper):
     """Keeps snapshots of averages, checkpoints with all grains and the looks at them, and the summary."""
 
     def snapshot(self, run: Run) -> None:
-        """Note the averages, draw their density, and save a checkpoint to keep."""
+        """Note the averages, draw their density and the grains, and save a checkpoint to keep."""
         self.note(run, observed(run))
+        if self.deck.output.pictures:
+            from hydro.pictures.grains import draw  # matplotlib is slow to import
+
+            draw(self.folder.pictures / f"grains_{len(self.snapshots):04d}.png", grains_of(run))
 
     def seen(self, run: Run) -> State:
         """The average over the window."""
