@@ -22,13 +22,14 @@ from statistics import median
 import numba
 import numpy as np
 from cases import GAMMA, Case, granular_gas, rippled
-from measure import Triad, interleaved, mega, processor, ratio, table
+from measure import Triad, interleaved, mega, nanoseconds, processor, ratio, table
 from pyro_client import Pyro, PyroUnavailableError, default_environment
 from simple_wave import HydroWave, PyroWave, wave_report, wave_runs
 
 from hydro.mesh import Mesh
 
-FRESH = Path(__file__).with_name("fresh.py")
+FRESH, OPERATIONS = (Path(__file__).with_name(name) for name in ("fresh.py", "operations.py"))
+COUNTED = 32  # cells along a side on which operations are counted
 KINDS = ("ideal", "full")
 ALL_KINDS = (*KINDS, "implicit")
 PYRO_SETUPS: dict[str, dict[str, float]] = {
@@ -107,7 +108,7 @@ def sizes(effort: Effort, _: Path) -> str:
     triads = [Triad(count) for count in threads]
     bandwidths = np.median(interleaved(5, *(one.bandwidth for one in triads)), axis=0)
     del triads
-    columns = [f"{kind}, {count} thr." for kind in KINDS for count in threads]
+    columns = [f"{kind}, {count} thr." for kind in KINDS for count in threads] + ["implicit, 1 thr."]
     shares = [f"share of triad, {count} thr." for count in threads]
     rows = [size_row(n, threads, bandwidths, effort) for n in effort.sizes]
     measured = ", ".join(f"{b / 1e9:.3g} GB/s with {count}" for b, count in zip(bandwidths, threads, strict=True))
@@ -120,11 +121,39 @@ def sizes(effort: Effort, _: Path) -> str:
 
 def size_row(n: int, threads: Sequence[int], bandwidths: np.ndarray, effort: Effort) -> list[str]:
     """Million cell-steps per second of both kinds, and the shares of the bandwidth."""
-    cases = [Case(n, kind, count) for kind in KINDS for count in threads]
+    cases = [*(Case(n, kind, count) for kind in KINDS for count in threads), Case(n, "implicit")]
     rounds = interleaved(3, *(lambda c=c: c.rate(0.5 * effort.least_seconds) for c in cases))
     rates = np.median(rounds, axis=0)
     shares = STATE_BYTES * rates[: len(threads)] / bandwidths
     return [f"{n}^2", *(f"{rate / 1e6:.3g}" for rate in rates), *(f"{share:.0%}" for share in shares)]
+
+
+def limits(effort: Effort, _: Path) -> str:
+    """What bounds a step: its arithmetic at the measured pace of each operation, and the least traffic."""
+    traffic = 1e9 * STATE_BYTES / float(np.median(interleaved(5, Triad(1).bandwidth)))
+    paces = [nanoseconds() for _ in range(5)]
+    pace = {name: min(one[name] for one in paces) for name in paces[0]}
+    header = ["kind", "sums and products per cell-step", "divisions", "roots", "ns per cell-step, measured",
+              "arithmetic at best, ns", "traffic at best, ns"]  # fmt: skip
+    return (
+        f"{COUNTED}^2 cells, one core. Operations are counted in the third step (`operations.py`). At best a sum or "
+        f"product takes {pace['sums']:.3f} ns here, a division {pace['divisions']:.2f} ns, a root {pace['roots']:.2f} "
+        "ns: vectors in the nearest cache. What these add up to, and the time in which the state is read and written "
+        "once at triad bandwidth, are lower bounds. Their shares of the measured time say how near the roofline is, "
+        "and the larger share what limits.\n\n"
+        + table(header, [limits_row(kind, pace, traffic, effort) for kind in ALL_KINDS])
+    )
+
+
+def limits_row(kind: str, pace: dict[str, float], traffic: float, effort: Effort) -> list[str]:
+    """Operations of a step, and its time beside what these and the traffic take at best, in ns per cell."""
+    words = [sys.executable, str(OPERATIONS), kind, str(COUNTED)]
+    done = json.loads(subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout)
+    case = Case(COUNTED, kind)
+    taken = 1e9 / float(np.median(interleaved(5, lambda: case.rate(effort.least_seconds))))
+    bounds = (sum(done[name] * pace[name] for name in pace), traffic)
+    counts = (done["sums"] + done["products"], done["divisions"], done["roots"])
+    return [kind, *(f"{one:.0f}" for one in (*counts, taken)), *(f"{one:.0f} ({one / taken:.0%})" for one in bounds)]
 
 
 def memory(effort: Effort, _: Path) -> str:
@@ -170,6 +199,7 @@ PARTS: dict[str, tuple[str, Callable[[Effort, Path], str]]] = {
     "throughput": ("Speed beside pyro2, one core", throughput),
     "equal-error": ("Time to equal error beside pyro2, one core", equal_error),
     "sizes": ("Speed against grid size (million cell-steps/s)", sizes),
+    "limits": ("What limits a step", limits),
     "memory": ("Memory", memory),
     "starts": ("Seconds from the start of the process", starts),
 }
@@ -177,7 +207,8 @@ PARTS: dict[str, tuple[str, Callable[[Effort, Path], str]]] = {
 
 def report(parts: Sequence[str], effort: Effort, environment: Path) -> None:
     """Print the chosen parts; one that needs pyro2 and cannot have it says so."""
-    print("# The explicit integrator: speed\n")
+    print("## The explicit integrator\n")
+    print("Printed by `python benchmarks/explicit.py`.\n")
     print(f"Processor: {processor()}, {os.cpu_count()} cores. Python {platform.python_version()}, "
           f"numba {version('numba')}, numpy {version('numpy')}.\n", flush=True)  # fmt: skip
     for name in parts:
@@ -187,7 +218,7 @@ def report(parts: Sequence[str], effort: Effort, environment: Path) -> None:
             text = measure(effort, environment)
         except PyroUnavailableError as problem:
             text = f"**Not measured: pyro2 is not available.** {problem}"
-        print(f"## {title}\n\n{text}\n\n({time.perf_counter() - started:.0f} s)\n", flush=True)
+        print(f"### {title}\n\n{text}\n\n({time.perf_counter() - started:.0f} s)\n", flush=True)
 
 
 def main() -> None:

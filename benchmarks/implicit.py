@@ -12,7 +12,7 @@ import argparse
 import importlib.util
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -324,17 +324,22 @@ similar, see [fig4.md](fig4.md), where these runs come from; it also has other g
 ALL: dict[str, Callable[[], str]] = {"iterations": iterations, "parts": parts, "linear": linear, "fig4": fig4}
 
 
-def main() -> None:
+def report(parts: Sequence[str]) -> None:
     """Print the section."""
+    print("## The implicit integrator\n")
+    print(f"Printed by `python benchmarks/implicit.py`. Processor: {processor()}.")
+    for name in parts:
+        print("\n" + ALL[name](), flush=True)
+
+
+def main() -> None:
+    """The command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(ALL)}; all by default")
     wanted = parser.parse_args().parts or list(ALL)
     if unknown := set(wanted) - set(ALL):
         parser.error(f"no such part: {', '.join(unknown)}")
-    print("## The implicit integrator\n")
-    print(f"Printed by `python benchmarks/implicit.py`. Processor: {processor()}.")
-    for name in wanted:
-        print("\n" + ALL[name](), flush=True)
+    report(wanted)
 
 
 if __name__ == "__main__":

@@ -54,6 +54,48 @@ def triad(a, b, c):
         a[i] = b[i] + 3.0 * c[i]
 
 
+SHORT = 1024  # numbers that stay in the nearest cache
+REPEATS = 20000
+
+
+@numba.njit(fastmath=True, error_model="numpy")
+def multiply_and_add(a, b, repeats):
+    """Eight sums and eight products a number."""
+    for _ in range(repeats):
+        for i in range(a.size):
+            x = a[i]
+            for _ in range(8):
+                x = x * b + b
+            a[i] = x
+
+
+@numba.njit(error_model="numpy")
+def divide(a, b, repeats):
+    """One division a number."""
+    for _ in range(repeats):
+        for i in range(a.size):
+            a[i] = b / a[i]
+
+
+@numba.njit(error_model="numpy")
+def root(a, b, repeats):
+    """One root a number, and a sum."""
+    for _ in range(repeats):
+        for i in range(a.size):
+            a[i] = np.sqrt(a[i] + b)
+
+
+def nanoseconds() -> dict[str, float]:
+    """What one sum or product, one division and one root take at best, on one core."""
+    taken = {}
+    for name, function, count in (("sums", multiply_and_add, 16), ("divisions", divide, 1), ("roots", root, 1)):
+        function(np.ones(SHORT), 0.5, 1)
+        started = time.perf_counter()
+        function(np.ones(SHORT), 0.5, REPEATS)
+        taken[name] = 1e9 * (time.perf_counter() - started) / (SHORT * REPEATS * count)
+    return {**taken, "products": taken["sums"]}
+
+
 class Triad:
     """Main memory bandwidth of so many threads."""
 

@@ -38,7 +38,7 @@ class Complaint:
 
     def __str__(self) -> str:
         hint = f" (did you mean {self.nearest!r}?)" if self.nearest else ""
-        return f"{self.key}: {self.problem}{hint}"
+        return f"{self.key or '(empty)'}: {self.problem}{hint}"
 
 
 class DeckError(HydroError):

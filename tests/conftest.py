@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,9 @@ import pytest
 from hydro.cli import main
 from hydro.runs.checkpoint import read_checkpoint
 from hydro.runs.folder import RunFolder
+from hydro.runs.frames import frames
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # shells let what is begun in the background ignore it
 
 PROBLEMS = Path(__file__).parent.parent / "problems"
 
@@ -32,18 +36,31 @@ def summary_of(folder: Path) -> dict:
     return json.loads((folder / "summary.json").read_text())
 
 
-TIMINGS = {"wall_seconds", "cell_updates_per_second", "peak_memory_bytes", "compile_seconds"}
+MACHINE = {"wall_seconds", "cell_updates_per_second", "peak_memory_bytes", "compile_seconds"}  # of a summary
 
 
-def left_by(folder: Path) -> dict[str, Any]:
-    """All that a run leaves that must not depend on interruptions, bit for bit."""
+def outcome(folder: Path) -> dict[str, Any]:
+    """All that a run leaves that must not depend on interruptions, by name, bit for bit."""
     saved = read_checkpoint(RunFolder(folder).saved()[-1])
-    arrays = {"conserved": saved.conserved, "x": saved.mesh.x_faces, "y": saved.mesh.y_faces, **saved.memory}
-    books = (saved.time, saved.steps, saved.rejected, saved.dt, saved.dt_limit, saved.set_by, saved.ledger)
     return {
-        "arrays": {name: values.tobytes() for name, values in arrays.items()},
-        "books": books,
-        "snapshots": saved.snapshots,
+        "books": repr([saved.time, saved.steps, saved.rejected, saved.dt, saved.dt_limit, saved.set_by, saved.ledger]),
+        "snapshots": repr(saved.snapshots),
+        "conserved": saved.conserved.tobytes(),
+        "x": saved.mesh.x_faces.tobytes(),
+        "y": saved.mesh.y_faces.tobytes(),
+        **{name: values.tobytes() for name, values in saved.memory.items()},
         "history": (folder / "history.csv").read_bytes(),
-        "summary": {key: value for key, value in summary_of(folder).items() if key not in TIMINGS},
+        **{key: value for key, value in summary_of(folder).items() if key not in MACHINE},
+        **{path.name: path.read_bytes() for path in frames(folder / "frames")},
     }
+
+
+def differences(folder: Path, expected: dict[str, Any]) -> list[str]:
+    """Names of all that is not as expected in a folder."""
+    found = outcome(folder)
+    return [name for name in expected | found if found.get(name) != expected.get(name)]
+
+
+def restart(folder: Path, *overrides: str) -> int:
+    """The exit code of a restart."""
+    return main(["restart", str(folder), *overrides, "--quiet"])

@@ -14,7 +14,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from test_restart import check_series, deck, differences, outcome, restart, times_saved
+from conftest import differences, outcome, restart
+from test_restart import check_series, deck, times_saved
 from zygote import draw_nothing
 
 import hydro.runs.evolution
@@ -380,6 +381,16 @@ def test_a_header_torn_after_the_first_checkpoint(tmp_path, undisturbed):
     stopped(folders[1], 1)
     os.truncate(folders[1] / "history.csv", 30)
     assert restart(folders[1]) == 0 and not differences(folders[1], outcome(folders[0]))
+
+
+def test_a_history_of_other_columns(copy, capsys):
+    """As another version may have written: told by name, and no checkpoint is lost."""
+    stopped(copy)
+    history = copy / "history.csv"
+    history.write_text(history.read_text().replace("time", "moment", 1))
+    before = contents(copy)
+    assert restart(copy) == 3 and "history.csv" in message_of(capsys)
+    assert {path: path.read_bytes() for path in before} == before
 
 
 def test_a_deck_that_is_lost_is_taken_from_the_checkpoint(copy, expected, undisturbed, capsys):

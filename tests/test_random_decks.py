@@ -9,6 +9,7 @@ from __future__ import annotations
 import collections
 import json
 import math
+import re
 import tomllib
 from collections.abc import Iterator
 from datetime import date
@@ -136,7 +137,8 @@ def places(model: type[Section], above: tuple[str, ...] = ()) -> Iterator[tuple[
             yield from places(inner, (*above, key)) if inner else ()
 
 
-SINGLE = sorted(set(KINDS) - {"convergence", "sweep"})  # decks of studies name keys of other decks: not generated yet
+STUDIES = ("convergence", "sweep")  # hardly ever right by chance, so drawn less often
+DRAWN = [kind for kind in sorted(KINDS) for _ in range(1 if kind in STUDIES else 3)]
 PLACES = {kind: dict(places(model)) for kind, model in KINDS.items()}
 ANYWHERE = st.sampled_from(sorted({place for known in PLACES.values() for place in known}))
 NONSENSE = st.lists(st.text(min_size=1, max_size=5), min_size=1, max_size=3).map(tuple)
@@ -146,7 +148,7 @@ WHERE = {kind: st.one_of(st.sampled_from(sorted(known)), ANYWHERE, NONSENSE) for
 @st.composite
 def decks(draw) -> dict[str, Any]:
     """A deck of any kind; some have values or keys put in, or taken out, without regard to what is allowed."""
-    kind = draw(st.sampled_from(SINGLE))
+    kind = draw(st.sampled_from(DRAWN))
     deck = draw(sections(KINDS[kind]))
     for _ in range(draw(st.sampled_from((0, 0, 0, 1, 2)))):
         *above, last = draw(WHERE[kind])
@@ -183,9 +185,10 @@ def escaped(text: str) -> str:
 
 
 def refused_by_name(code: int, message: str, keys: Any) -> bool:
-    """Whether a deck was refused with a complaint about one of `keys`, or of those that decks have."""
+    """Whether a deck was refused with a complaint about one of `keys`, or of those that decks have, or a member has."""
     starts = tuple(f"  {shown}" for key in {*keys, *TOP} for shown in (key, ascii(key), escaped(key)))
-    return code == 2 and any(line.startswith(starts) for line in message.splitlines())
+    member = re.compile(r": .*, in member \d+: .* = ")
+    return code == 2 and any(line.startswith(starts) or member.search(line) for line in message.splitlines())
 
 
 def test_generated_decks(tmp_path, capsys):
@@ -203,8 +206,7 @@ def test_generated_decks(tmp_path, capsys):
     assert codes.total() == 2000 and codes[0] > 400 and codes[2] > 400
 
 
-KINDS_OF = {path: tomllib.loads(path.read_text(encoding="utf-8"))["kind"] for path in sorted(PROBLEMS.glob("*.toml"))}
-BASES = {path: kind for path, kind in KINDS_OF.items() if kind in SINGLE}
+BASES = {path: tomllib.loads(path.read_text(encoding="utf-8"))["kind"] for path in sorted(PROBLEMS.glob("*.toml"))}
 
 
 @st.composite

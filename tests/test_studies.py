@@ -124,7 +124,7 @@ def test_ranges():
         (SWEEP, "base.wall.kind=odd", "base.wall.kind", "known: vibrating, thermal, elastic"),
         (SWEEP, "base.box.periodic=['x']", "base.wall.kind", "must be 'elastic'"),
         (SWEEP, "base=3", "base", "must be a section"),
-        (SWEEP, "base.kind=sweep", "base.kind", "known: evolution, steady, branch, stability, convergence"),
+        (SWEEP, "base.kind=sweep", "base.kind", "known: evolution, steady, branch, stability, grains, convergence"),
         (CONVERGENCE, "base.kind=branch", "base.kind", "known: evolution, steady"),
         (SWEEP, "sweep.axes=[]", "sweep.axes", "must have 1 items or more"),
         (SWEEP, "sweep.axes=[{keys=['gas.f'], values=[]}]", "sweep.axes[0].values", "must have an item"),
