@@ -267,4 +267,5 @@ def test_pictures_of_sweeps_average_over_seeds():
     assert means.dims == errors.dims == ("gas.L",) and means.name == "wall_max"
     assert means.values == pytest.approx([3.0, 4.0])
     assert errors.values == pytest.approx([math.sqrt(7.0 / 3.0), 0.0])
-    assert ensemble(values[0]) == (values[0], None)
+    alone, none = ensemble(values[0])
+    assert alone.identical(values[0]) and none is None
