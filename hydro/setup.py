@@ -25,3 +25,8 @@ def mesh_of(deck: Any) -> Mesh:
 def wall_of(deck: Any):
     """The law of the driving wall; its parameters are the keys of the section beside `kind`."""
     return WALLS[deck.wall.kind](**deck.wall.model_dump(exclude={"kind"}))
+
+
+def viscosity_of(deck: Any) -> float:
+    """Viscosity over that of the closure; zero for decks that know none."""
+    return getattr(deck.gas, "viscosity", 0.0)

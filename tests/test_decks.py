@@ -39,6 +39,7 @@ SMALL = {
     "convergence_isobaric": ("convergence.ladder.values=[[[32,4],4e-3],[[64,4],2e-3]]",),
     "convergence_cooling": ("convergence.ladder.values=[0.0125,0.00625]",),
     "convergence_conduction": ("convergence.ladder.values=[[[16,4],8e-3],[[32,4],4e-3]]",),
+    "convergence_viscosity": ("convergence.ladder.values=[[[16,4],8e-3],[[32,4],4e-3]]",),
     "convergence_steady": ("convergence.ladder.values=[[16,16],[32,32],[64,64]]",),
     "convergence_fig4_grid": (
         "base.time.end=2.0",

@@ -75,15 +75,17 @@ def compiled_properties(gas, n, T, out):
         out[2, k] = gas.conductivity(n[k], T)
         out[3, k] = gas.cooling(n[k], T)
         out[4, k] = gas.density(out[0, k], T)
+        out[5, k], out[6, k] = gas.viscosities(n[k], T)
 
 
 def test_closures_are_the_same_in_numpy_and_in_kernels():
     gas, n, T = Grossman(5e4, 2e-3), np.geomspace(1e-4, 0.999, 50), 0.37
-    out = np.zeros((5, 50))
+    out = np.zeros((7, 50))
     compiled_properties(gas, n, T, out)
     p = gas.pressure(n, T)
     expected = [p, gas.sound_speed(n, T), gas.conductivity(n, T), gas.cooling(n, T), gas.density(p, T)]
-    np.testing.assert_allclose(out, expected, rtol=1e-13)
+    np.testing.assert_allclose(out[:5], expected, rtol=1e-13)
+    assert np.all(np.abs(out[5:] - gas.viscosities(n, T)) <= 1e-13 * gas.conductivity(n, T))
 
 
 USER_CLOSURE = """
@@ -363,11 +365,12 @@ def test_the_vibrating_wall_balances_heat_also_against_cold_dense_gas(n, T, W):
     assert conducted == pytest.approx(flux, rel=1e-7, abs=1e-12)
 
 
+@pytest.mark.parametrize("viscosity", [0.0, 1.0])
 @pytest.mark.parametrize("name", list(INTEGRATORS))
-def test_an_integrator_that_remembers_goes_on_with_the_same_bits(name):
+def test_an_integrator_that_remembers_goes_on_with_the_same_bits(name, viscosity):
     gas, wall, mesh = Grossman(L=5e4, K=2e-3), VibratingWall(114.0), Mesh.rectangle((8, 16), 2.0)
     state = State.of(gas, mesh, 0.0235 * (1.0 + 0.1 * np.cos(np.pi * mesh.y)), 1.0)
-    first, second = (INTEGRATORS[name](gas, wall, mesh, tau=200.0) for _ in range(2))
+    first, second = (INTEGRATORS[name](gas, wall, mesh, tau=200.0, viscosity=viscosity) for _ in range(2))
     for _ in range(5):
         first.step(state, first.largest_step(state))
     copy = state.copy()

@@ -194,6 +194,16 @@ class RunDeck(ExperimentDeck):
         return self.output.movie_every or self.time.end / 300
 
 
+class ViscousGas(Gas):
+    """The granular gas: closure and dimensionless numbers."""
+
+    viscosity: NonNegative = Field(
+        default=0.0,
+        description="shear and bulk viscosity over those that kinetic theory gives for the conductivity: 1 for grains; "
+        "0 for none, as in the paper",
+    )
+
+
 class EvolutionDeck(RunDeck):
     """Evolution of the gas in time from an initial state."""
 
@@ -203,5 +213,6 @@ class EvolutionDeck(RunDeck):
     )  # fmt: skip
 
     kind: Literal["evolution"] = "evolution"
+    gas: ViscousGas
     time: Time
     scheme: Scheme = Scheme()

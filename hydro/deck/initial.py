@@ -26,7 +26,7 @@ from hydro.deck.fields import (
 )
 
 # Names that decks use; the table of the same things elsewhere holds exactly these.
-LINEAR_MODES = ("heat", "sound")
+LINEAR_MODES = ("heat", "sound", "shear")
 
 
 class Pattern(Tagged):
@@ -158,10 +158,15 @@ class EigenmodeInitial(WaveInitial):
 
     kind: Literal["eigenmode"] = "eigenmode"
     amplitude: Number = Field(
-        default=1e-5, gt=-1, lt=1, description="relative amplitude of the density, small for a linear mode"
+        default=1e-5,
+        gt=-1,
+        lt=1,
+        description="relative amplitude of the density, small for a linear mode; of shear f times that is the velocity",
     )
     mode: Annotated[Text, Among(LINEAR_MODES)] = Field(
-        default="heat", description="heat, which is conducted, or sound, to the right; both as friction has them"
+        default="heat",
+        description="heat, which is conducted, sound, to the right, or shear, along y; "
+        "as friction and viscosity have them",
     )
 
 

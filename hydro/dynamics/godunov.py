@@ -1,8 +1,8 @@
 """The explicit integrator: Strang splitting of the hydrodynamic update, heat and friction.
 
-One step is half of (source, heat, friction), the whole hydrodynamic update, and the other half: second-order
-accurate, for heat acts at frozen density and velocity and so commutes with friction. Friction is exact. A steady
-state leaves each part at rest by itself, hence is a fixed point for every step size.
+One step is half of (source, heat, friction, viscosity), the whole hydrodynamic update, and the other half, backwards:
+second-order accurate, for heat acts at frozen density and velocity and so commutes with friction. Friction is exact. A
+steady state leaves each part at rest by itself, hence is a fixed point for every step size.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 from numba import prange
 
 from hydro.dynamics import hancock, heat
+from hydro.dynamics import viscosity as viscous_flow
 from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, Source, StepRejected
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.reduce import store_largest
@@ -42,11 +43,12 @@ class Flow(NamedTuple):
 
 @INTEGRATORS.register("godunov")
 class Godunov(Integrator):
-    """Unsplit MUSCL-Hancock finite volumes with RKL2 conduction and cooling; see `hancock` and `heat`.
+    """Unsplit MUSCL-Hancock finite volumes with RKL2 conduction, cooling and viscosity.
 
-    `source(time, mesh)`, if given, is added to the equations: rates of the four conserved fields, shape
-    (4, nx, ny), taken at mid-step. State and work space take 176 bytes per cell. ValueError for a mesh of a single
-    cell between walls.
+    See `hancock`, `heat` and `viscosity`. viscosity: of the gas, over that of the closure. `source(time, mesh)`, if
+    given, is added to the equations: rates of the four conserved fields, shape (4, nx, ny), taken at mid-step. State
+    and work space take 176 bytes per cell, 208 more with viscosity. ValueError for a mesh of a single cell between
+    walls.
     """
 
     def __init__(
@@ -59,6 +61,7 @@ class Godunov(Integrator):
         limiter: str = "van_leer",
         riemann: str = "hllc_lm",
         source: Source | None = None,
+        viscosity: float = 0.0,
     ):
         if any(count < GHOSTS and not wraps for count, wraps in zip(mesh.cells, mesh.periodic, strict=True)):
             raise ValueError(f"{mesh.cells} cells: {GHOSTS} or more are needed between walls")
@@ -70,6 +73,8 @@ class Godunov(Integrator):
         )  # fmt: skip
         self._geometry = heat.Geometry.of(mesh)
         self._heat = heat.HeatArrays.of(mesh, threads)
+        self._viscosity = viscosity if gas.K > 0.0 else 0.0
+        self._viscous = viscous_flow.Arrays.of(mesh) if self._viscosity > 0.0 else None
         self._half, self._next = np.empty((4, *mesh.cells)), np.empty((4, *mesh.cells))
         self._rates = np.empty(mesh.cells[0])
 
@@ -88,7 +93,9 @@ class Godunov(Integrator):
         with thread_count(self.threads):
             self._add(source, before, dt)
             first = self._heat_and_rub(before, 0.5 * dt)
+            self._drag(before, 0.5 * dt)
             self._flow_from(before, after, dt)
+            self._drag(after, 0.5 * dt)
             second = self._heat_and_rub(after, 0.5 * dt)
             self._add(source, after, dt)
             signal_rates(self.gas, after, self.mesh.dx, self.mesh.dy, before[0], self._rates)
@@ -120,6 +127,11 @@ class Godunov(Integrator):
         if self.tau < math.inf:
             rubbed = rub(self._geometry, state, math.exp(-dt / self.tau))
         return given, lost, rubbed
+
+    def _drag(self, state: np.ndarray, dt: float) -> None:
+        """Viscosity for `dt`."""
+        if self._viscous is not None:
+            viscous_flow.advance(self.gas, self._viscosity, self._geometry, self._viscous, state, dt)
 
     def _flow_from(self, before: np.ndarray, after: np.ndarray, dt: float) -> None:
         """The hydrodynamic update."""

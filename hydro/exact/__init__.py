@@ -1,7 +1,7 @@
 """Exact solutions that the solvers are measured against.
 
     riemann      two uniform states side by side: shocks, contact, rarefactions, for any closure
-    solutions    cooling, conduction and sound at small amplitude; a simple wave at finite amplitude; isobaric profiles
+    solutions    cooling; conduction, sound and shear of small amplitude; a simple wave; isobaric profiles
     manufactured every term of the equations at once, by an added source
     evolution    which of them an evolution deck asks for
 
@@ -11,7 +11,6 @@ All quantities are scaled; ideal flow unless the function says otherwise.
 from hydro.exact.manufactured import Manufactured
 from hydro.exact.riemann import Isentrope, PrimitiveState, RiemannSolution, solve
 from hydro.exact.solutions import (
-    LINEAR_MODES,
     AcousticMode,
     DensityWave,
     LinearMode,
@@ -25,7 +24,6 @@ from hydro.exact.solutions import (
 )
 
 __all__ = [
-    "LINEAR_MODES",
     "AcousticMode",
     "DensityWave",
     "Isentrope",

@@ -10,7 +10,6 @@ import numpy as np
 from hydro.dynamics.integrator import Source
 from hydro.exact.manufactured import Manufactured
 from hydro.exact.solutions import (
-    LINEAR_MODES,
     DensityWave,
     SimpleWave,
     cell_averages,
@@ -19,7 +18,7 @@ from hydro.exact.solutions import (
 )
 from hydro.mesh import Mesh
 from hydro.registry import Registry
-from hydro.setup import gas_of
+from hydro.setup import gas_of, viscosity_of
 from hydro.state import State
 
 # Conserved fields, shape (4, nx, ny), averaged over the cells of a mesh, at a time.
@@ -55,7 +54,8 @@ def cooling(deck: Any) -> Evolution:
 @EVOLUTIONS.register("simple_wave")
 def simple_wave(deck: Any) -> Evolution:
     """Sound of finite amplitude."""
-    return along_x(SimpleWave(gas_of(deck), deck.gas.f, deck.initial.temperature, deck.initial.amplitude).conserved)
+    wave = SimpleWave(gas_of(deck), deck.gas.f, deck.initial.temperature, deck.initial.amplitude)
+    return along_x(straight(wave.conserved))
 
 
 @EVOLUTIONS.register("density_wave")
@@ -63,18 +63,19 @@ def density_wave(deck: Any) -> Evolution:
     """Density carried along at uniform pressure."""
     gas, n, initial = gas_of(deck), deck.gas.f, deck.initial
     pressure = float(gas.pressure(n, initial.temperature))
-    return along_x(DensityWave(gas, n, initial.amplitude, pressure, initial.velocity).conserved)
+    return along_x(straight(DensityWave(gas, n, initial.amplitude, pressure, initial.velocity).conserved))
 
 
 @EVOLUTIONS.register("eigenmode")
 def eigenmode(deck: Any) -> Evolution:
     """A uniform gas at rest and a small mode of the linearized equations."""
     gas, n, T = gas_of(deck), deck.gas.f, deck.initial.temperature
-    mode = LINEAR_MODES[deck.initial.mode](linear_modes(gas, n, T, deck.gas.tau, 2.0 * np.pi))
+    mode = linear_modes(gas, n, T, deck.gas.tau, 2.0 * np.pi, viscosity_of(deck))[deck.initial.mode]
 
     def conserved(x: np.ndarray, t: float) -> np.ndarray:
-        dn, du, dT = deck.initial.amplitude * n * mode.fields(x, t)
-        return np.stack([n + dn, (n + dn) * du, (n + dn) * (T + dT + 0.5 * du * du)])
+        dn, du, dv, dT = deck.initial.amplitude * n * mode.fields(x, t)
+        energy = (n + dn) * (T + dT + 0.5 * du * du + 0.5 * dv * dv)
+        return np.stack([n + dn, (n + dn) * du, (n + dn) * dv, energy])
 
     return along_x(conserved)
 
@@ -87,18 +88,23 @@ def made_up(deck: Any) -> Evolution:
 
 def manufactured(deck: Any) -> Manufactured:
     """The made-up solution in the deck's box."""
-    return Manufactured(gas_of(deck), deck.gas.tau, getattr(deck.wall, "W", 0.0), deck.box.aspect_ratio)
+    W = getattr(deck.wall, "W", 0.0)
+    return Manufactured(gas_of(deck), deck.gas.tau, W, deck.box.aspect_ratio, viscosity_of(deck))
 
 
 SOURCES["manufactured"] = lambda deck: manufactured(deck).source
 
 
+def straight(conserved: Callable[[np.ndarray, float], np.ndarray]) -> Callable[[np.ndarray, float], np.ndarray]:
+    """(n, n u, e)(x, t) with nothing that moves along y."""
+    return lambda x, t: np.insert(conserved(x, t), 2, 0.0, axis=0)
+
+
 def along_x(conserved: Callable[[np.ndarray, float], np.ndarray]) -> Evolution:
-    """The evolution of (n, n u, e)(x, t): averaged over cells, with nothing that moves along y."""
+    """The evolution of the conserved fields (x, t), averaged over cells."""
 
     def averages(mesh: Mesh, t: float) -> np.ndarray:
-        n, momentum, e = cell_averages(lambda x: conserved(x, t), mesh.x_faces)
-        line = np.stack([n, momentum, 0.0 * n, e])
+        line = cell_averages(lambda x: conserved(x, t), mesh.x_faces)
         return np.repeat(line[:, :, None], mesh.cells[1], axis=2)
 
     return averages

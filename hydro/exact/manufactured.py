@@ -24,7 +24,7 @@ OFFSETS = (-0.5 / 3.0**0.5, 0.5 / 3.0**0.5)  # of the two Gauss points, in cell 
 
 
 class Fields(NamedTuple):
-    """Primitive variables and the temperature gradient."""
+    """Primitive variables, the temperature gradient and the rates of strain."""
 
     n: Any
     u: Any
@@ -33,19 +33,24 @@ class Fields(NamedTuple):
     T: Any
     T_x: Any
     T_y: Any
+    u_x: Any
+    v_y: Any
+    bent: Any  # u_y + v_x
 
 
 @dataclass(frozen=True)
 class Manufactured:
     """The made-up solution in a box with elastic walls and, at x = 1, a vibrating one of strength W (0: elastic too).
 
-    gas: a closure with its constants; tau: friction time. 0.35 < p < 0.65 and T is about 1, so n is about 0.3.
+    gas: a closure with its constants; tau: friction time; viscosity: over that of the closure. 0.35 < p < 0.65 and T
+    is about 1, so n is about 0.3.
     """
 
     gas: Any
     tau: float = math.inf
     W: float = 0.0
     aspect_ratio: float = 1.0
+    viscosity: float = 0.0
 
     def fields(self, x, y, t) -> Fields:
         """The solution at points x, y, arrays that broadcast.
@@ -57,13 +62,17 @@ class Manufactured:
         beat, swing = np.cos(2.0 * t), np.sin(1.0 + 3.0 * t)
         u = 0.4 * np.sin(kx * x) * np.cos(2.0 * ky * y) * swing
         v = 0.3 * np.cos(kx * x) * np.sin(ky * y) * beat
+        u_x = 0.4 * kx * np.cos(kx * x) * np.cos(2.0 * ky * y) * swing
+        v_y = 0.3 * ky * np.cos(kx * x) * np.cos(ky * y) * beat
+        u_y = -0.8 * ky * np.sin(kx * x) * np.sin(2.0 * ky * y) * swing
+        v_x = -0.3 * kx * np.sin(kx * x) * np.sin(ky * y) * beat
         p = 0.5 + 0.15 * np.cos(kx * x) * np.cos(ky * y) * beat
         wave = 0.2 * np.cos(2.0 * ky * y) * swing
         slope, slope_y = self._wall_slope(y, beat, swing)
         T = 1.0 + np.cos(kx * x) * wave + slope * x * x * (x - 1.0)
         T_x = -kx * np.sin(kx * x) * wave + slope * x * (3.0 * x - 2.0)
         T_y = -0.4 * ky * np.cos(kx * x) * np.sin(2.0 * ky * y) * swing + slope_y * x * x * (x - 1.0)
-        return Fields(gas.density(p, T), u, v, p, T, T_x, T_y)
+        return Fields(gas.density(p, T), u, v, p, T, T_x, T_y, u_x, v_y, u_y + v_x)
 
     def _wall_slope(self, y, beat, swing):
         """T_x at the vibrating wall, K W n/k with kappa = k T^(1/2), and its slope in y."""
@@ -86,18 +95,23 @@ class Manufactured:
         return averaged(self._remainder, mesh, t)
 
     def _conserved(self, x, y, t) -> np.ndarray:
-        n, u, v, _, T, _, _ = self.fields(x, y, t)
+        n, u, v, _, T, *_ = self.fields(x, y, t)
         return np.stack(np.broadcast_arrays(n, n * u, n * v, n * T + 0.5 * n * (u * u + v * v)))
 
     def _fluxes(self, x, y, t, axis: int) -> np.ndarray:
-        """Fluxes along `axis` of the conserved fields, heat conduction included."""
+        """Fluxes along `axis` of the conserved fields, heat conduction and viscous stress included."""
         field = self.fields(x, y, t)
-        across, gradient = ((field.u, field.T_x), (field.v, field.T_y))[axis]
+        across, gradient, stretched = ((field.u, field.T_x, field.u_x), (field.v, field.T_y, field.v_y))[axis]
         mass = field.n * across
         push = (field.p, 0.0) if axis == 0 else (0.0, field.p)
         energy = field.n * (field.T + 0.5 * (field.u**2 + field.v**2)) + field.p
         heat = self.gas.conductivity(field.n, field.T) * gradient
-        parts = (mass, mass * field.u + push[0], mass * field.v + push[1], energy * across - heat)
+        eta, zeta = (self.viscosity * part for part in self.gas.viscosities(field.n, field.T))
+        normal, shear = 2.0 * eta * stretched + (zeta - eta) * (field.u_x + field.v_y), eta * field.bent
+        along_x, along_y = (normal, shear) if axis == 0 else (shear, normal)
+        work = along_x * field.u + along_y * field.v
+        momenta = (mass * field.u + push[0] - along_x, mass * field.v + push[1] - along_y)
+        parts = (mass, *momenta, energy * across - heat - work)
         return np.stack(np.broadcast_arrays(*parts))
 
     def _remainder(self, x, y, t) -> np.ndarray:

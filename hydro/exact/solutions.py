@@ -14,39 +14,42 @@ from hydro.exact.riemann import Isentrope, PrimitiveState, bisect
 
 
 class LinearMode(NamedTuple):
-    """A perturbation exp(s t + i k x) of a uniform state at rest: growth rate s, amplitudes (dn, du, dT), k."""
+    """A perturbation exp(s t + i k x) of a uniform state at rest: growth rate s, amplitudes (dn, du, dv, dT), k."""
 
     rate: complex
-    amplitudes: np.ndarray  # (3,), with |dn| = 1
+    amplitudes: np.ndarray  # (4,), with |dn| = 1; of shear |dv| = 1
     wavenumber: float
 
     def fields(self, x, t: float) -> np.ndarray:
-        """(dn, du, dT) at the points x, the real parts: shape (3,) + x.shape."""
+        """(dn, du, dv, dT) at the points x, the real parts: shape (4,) + x.shape."""
         wave = np.exp(self.rate * t + 1j * self.wavenumber * np.asarray(x, float))
         return np.multiply.outer(self.amplitudes, wave).real
 
 
-def linear_modes(gas: Any, n: float, T: float, tau: float, wavenumber: float) -> list[LinearMode]:
-    """Modes of a gas with conduction and friction, without cooling, the most slowly decaying first.
+def linear_modes(
+    gas: Any, n: float, T: float, tau: float, wavenumber: float, viscosity: float = 0.0
+) -> dict[str, LinearMode]:
+    """Heat, sound to the right and shear in a gas with conduction, friction and viscosity, without cooling.
 
-    dn' = -n ik du,  n du' = -ik (p_n dn + p_T dT) - n du/tau,  n dT' = -p ik du - kappa k^2 dT.
+    dn' = -n ik du,  n du' = -ik (p_n dn + p_T dT) - n du/tau - (eta + zeta) k^2 du,  n dT' = -p ik du - kappa k^2 dT,
+    n dv' = -n dv/tau - eta k^2 dv; `viscosity` is over that of the closure.
     """
     k, p, (p_n, p_T) = wavenumber, gas.pressure(n, T), gas.pressure_slopes(n, T)
-    kappa = gas.conductivity(n, T)
+    kappa, (eta, zeta) = gas.conductivity(n, T), gas.viscosities(n, T)
+    along, across = (-1.0 / tau - viscosity * part * k * k / n for part in (eta + zeta, eta))
     matrix = np.array([
         [0.0, -1j * k * n, 0.0],
-        [-1j * k * p_n / n, -1.0 / tau, -1j * k * p_T / n],
+        [-1j * k * p_n / n, along, -1j * k * p_T / n],
         [0.0, -1j * k * p / n, -kappa * k * k / n],
     ])  # fmt: skip
     rates, vectors = np.linalg.eig(matrix)
-    return [LinearMode(complex(rates[m]), vectors[:, m] / abs(vectors[0, m]), k) for m in np.argsort(-rates.real)]
-
-
-# How to tell the modes apart: heat is carried without a frequency, sound has two of opposite sign.
-LINEAR_MODES: dict[str, Callable[[list[LinearMode]], LinearMode]] = {
-    "heat": lambda modes: min(modes, key=lambda mode: abs(mode.rate.imag)),
-    "sound": lambda modes: min(modes, key=lambda mode: mode.rate.imag),
-}
+    # Heat is carried without a frequency, sound has two of opposite sign.
+    chosen = {"heat": int(np.argmin(abs(rates.imag))), "sound": int(np.argmin(rates.imag))}
+    modes = {
+        name: LinearMode(complex(rates[m]), np.insert(vectors[:, m] / abs(vectors[0, m]), 2, 0.0), k)
+        for name, m in chosen.items()
+    }
+    return {**modes, "shear": LinearMode(complex(across), np.array([0.0, 0.0, 1.0, 0.0], complex), k)}
 
 
 class AcousticMode(NamedTuple):

@@ -7,11 +7,20 @@ Hard disks have no energy scale of their own, so temperature enters only by powe
 Toward close packing the gaps between disks vanish, and Z, k and q diverge like 1/(1-n). A closure gives the factors
 (1-n) Z, (1-n) k and (1-n) q, which are smooth up to n = 1, and their slopes in n; all else follows here. Steady states
 use the factors themselves: their 1-n may be far below what n can resolve.
+
+Viscosities are those that kinetic theory gives for the conductivity. With y = Z - 1, Enskog's theory of elastic disks
+(Gass, J. Chem. Phys. 54, 1898, 1971; the elastic limit of Jenkins and Richman, Phys. Fluids 28, 3485, 1985) has
+
+    kappa = 2 (T/pi)^(1/2)/d       y (1/y + 3/2 + (9/16 + 1/pi) y)
+    eta   = (T/pi)^(1/2)/(2 d)     y (1/y + 1 + (1/4 + 2/pi) y)        shear
+    zeta  = (T/pi)^(1/2)/(2 d)     y (4/pi) y                          bulk
+
 Scaled units: density n_c, length L_x, temperature T_*.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -20,6 +29,9 @@ import numpy as np
 from hydro.registry import Registry
 
 CLOSURES: Registry[Callable[..., Any]] = Registry("closure")
+
+# Weights of y in the formulas above.
+CONDUCTIVE, SHEAR, BULK = 9.0 / 16.0 + 1.0 / math.pi, 0.25 + 2.0 / math.pi, 4.0 / math.pi
 
 
 class Closure(Protocol):
@@ -56,6 +68,7 @@ class Closure(Protocol):
     def sound_speed_at_pressure(self, n, p): ...
     def conductivity(self, n, T): ...
     def conductivity_slopes(self, n, T): ...
+    def viscosities(self, n, T): ...
     def cooling(self, n, T): ...
     def cooling_slopes(self, n, T): ...
 
@@ -130,6 +143,13 @@ class HardDisks:
     def conductivity_slopes(self, n, T):
         """(dkappa/dn, dkappa/dT)."""
         return self.conductivity_coefficient_slope(n) * np.sqrt(T), 0.5 * self.conductivity_coefficient(n) / np.sqrt(T)
+
+    def viscosities(self, n, T):
+        """(shear, bulk) viscosity: the conductivity times the ratios of kinetic theory, 0.21 to 0.25 and 0 to 0.36."""
+        gap = 1.0 - n
+        y = self.pressure_factor(n) - gap  # (1-n) (Z-1)
+        unit = 0.25 * self.conductivity(n, T) / (gap * gap + 1.5 * gap * y + CONDUCTIVE * y * y)
+        return unit * (gap * gap + gap * y + SHEAR * y * y), unit * BULK * y * y
 
     def cooling(self, n, T):
         """Energy lost in collisions per unit area and time, I(n, T)."""

@@ -205,10 +205,9 @@ OPTIONS: dict[str, Callable[[EvolutionDeck], dict[str, Any]]] = {
 
 def integrator_of(deck: EvolutionDeck, state: State) -> Integrator:
     """The deck's integrator, ready for `state`."""
-    name, source = deck.time.integrator, source_of(deck)
-    return INTEGRATORS[name](
-        state.gas, wall_of(deck), state.mesh, tau=deck.gas.tau, source=source, **OPTIONS[name](deck)
-    )  # fmt: skip
+    name, options = deck.time.integrator, OPTIONS[deck.time.integrator](deck)
+    physics = {"tau": deck.gas.tau, "viscosity": deck.gas.viscosity, "source": source_of(deck)}
+    return INTEGRATORS[name](state.gas, wall_of(deck), state.mesh, **physics, **options)
 
 
 def warm_up(integrator: Integrator, state: State) -> float:

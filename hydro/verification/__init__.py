@@ -9,6 +9,7 @@
     manufactured        all terms together
     implicit            the implicit integrator
     steady              localized states, growth rates, branches
+    viscosity           shear and bulk viscosity in both integrators
     conservation        mass, energy, symmetries, rest
 
 `python -m hydro verify [--full]` prints the book; its exit code is 5 if a claim fails.
@@ -25,6 +26,7 @@ from hydro.verification import (  # noqa: F401, I001  imported in the order of t
     conservation,
     implicit,
     steady,
+    viscosity,
 )
 from hydro.verification.claims import MEASUREMENTS, Claim, Findings, Measurement, Table, topics
 
