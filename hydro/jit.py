@@ -15,9 +15,11 @@ from functools import cache
 from typing import Any, TypeVar
 
 import numba
+from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.core.typing.templates import infer_getattr, make_overload_method_template
-from numba.extending import overload
+from numba.extending import intrinsic, overload
 
 from hydro.kernel_cache import KernelCache
 
@@ -100,3 +102,23 @@ def _overload(name: str, signature: inspect.Signature, exact: bool) -> None:
             return super()._resolve(typ, attr) if callable(getattr(typ.instance_class, name, None)) else None
 
     infer_getattr(Method)
+
+
+@intrinsic
+def fetch(typing_context, array, row):
+    """Have the line of the cache in which a row of an array begins brought near, before it is needed."""
+
+    def generate(context, builder, signature, arguments):
+        kind, of_row = signature.args
+        view = context.make_array(kind)(context, builder, arguments[0])
+        first = context.cast(builder, arguments[1], of_row, types.intp)
+        place = [first, *[context.get_constant(types.intp, 0)] * (kind.ndim - 1)]
+        address = cgutils.get_item_pointer(context, builder, kind, view, place, wraparound=False)
+        address = builder.bitcast(address, cgutils.voidptr_t)
+        word = ir.IntType(32)
+        takes = ir.FunctionType(ir.VoidType(), [address.type, word, word, word])
+        prefetch = builder.module.declare_intrinsic("llvm.prefetch", [address.type], takes)
+        builder.call(prefetch, [address, word(0), word(3), word(1)])  # to read, to stay, data
+        return context.get_dummy_value()
+
+    return types.void(array, row), generate

@@ -72,6 +72,12 @@ SMALL = {
     "grains_cooling": ("time.end=1.0", "output.times=[1.0]"),
     "grains_extended": ("time.end=0.1", "output.times=[0.1]", "grains.window=0.1"),
     "grains_small": ("time.end=0.1", "output.times=[0.1]", "grains.window=0.1"),
+    "grains_seeds": (
+        "base.time.end=0.1",
+        "base.output.times=[0.1]",
+        "base.grains.window=0.1",
+        "sweep.axes=[{keys=['gas.L'],values=[50.0]},{keys=['grains.seed'],values=[1,2]}]",
+    ),
     "grains_fig4": ("time.end=0.02", "output.times=[0.02]", "grains.window=0.02"),
 }
 NORMS = Path(__file__).with_name("norms.json")

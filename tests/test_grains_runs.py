@@ -8,15 +8,22 @@ import math
 
 import numpy as np
 import pytest
+import xarray
 from conftest import PROBLEMS, summary_of
 
 import hydro
 from hydro.cli import main
-from hydro.deck import load
+from hydro.deck import changed, dumps, load, parse
+from hydro.deck.quantities import LENGTH
+from hydro.errors import DeckError
 from hydro.grains import events
+from hydro.grains.integrator import dynamics_of
+from hydro.initial import initial_state
+from hydro.pictures.sweep import ensemble
 from hydro.runs.checkpoint import read_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.frames import frames, read_frame
+from hydro.runs.grains import describe
 from hydro.studies.members import members_of, run_member, scalars_of
 
 # 178 grains.
@@ -60,7 +67,7 @@ def test_a_run_of_grains_leaves_a_complete_folder(run_deck):
     assert [moment.time for moment in saved] == pytest.approx([0.4, 0.8, 1.0, 1.2, 1.6, 2.0])
     assert all(moment.memory["motion"].shape == (summary["grains"], 5) for moment in saved)
     assert {path.name for path in folder.glob("pictures/*.png")} == {
-        "density.png", "density_0001.png", "density_0002.png", "history.png",
+        "density.png", "density_0001.png", "density_0002.png", "grains_0001.png", "grains_0002.png", "history.png",
     }  # fmt: skip
     *_, last_frame = frames(folder / "frames")
     averages = saved[-1].memory["look_fields"][:, 0].mean(axis=0)
@@ -135,7 +142,7 @@ def test_grains_go_further_than_they_did_but_not_as_other_grains(run_deck, capsy
         (["scheme.limiter=mc"], "scheme"),
         (["initial={kind='manufactured'}"], "initial.kind"),
         (["wall.kind=elastic", "box.periodic=['x']", "gas.K=0.5", "gas.L=1", "gas.f=0.5"], "three cells"),
-        (["gas.K=0.9", "gas.L=1"], "not one grain"),
+        (["gas.K=0.9", "gas.L=1"], "two grains or more"),
     ],
     ids=lambda words: words[0] if isinstance(words, list) else "",
 )
@@ -144,6 +151,74 @@ def test_bad_decks_of_grains_end_with_exit_code_2(words, expected, tmp_path, cap
     message = capsys.readouterr().err
     assert code == 2 and expected in message and "Traceback" not in message
     assert not (tmp_path / "run").exists()
+
+
+OUTRIGHT = """
+kind = "grains"
+gas = { mu = 2.41 }
+box = { aspect_ratio = 2.0 }
+mesh = { cells = [4, 8] }
+wall = { kind = "vibrating", W = 114.0 }
+initial = { kind = "uniform", temperature = 1.0 }
+time = { end = 1.0 }
+grains = { diameter = 0.02, restitution = 0.99, number = 300 }
+"""
+
+
+def test_grains_may_be_given_outright():
+    """Diameter and restitution to the bit; L, f and K follow, and the deck writes them as comments only."""
+    deck = parse(OUTRIGHT)
+    grains = dynamics_of(deck, initial_state(deck))
+    assert (grains.arena.diameter, grains.arena.restitution, grains.number) == (0.02, 0.99, 300)
+    assert pytest.approx(32.0 / (3.0 * 2.26) / 0.02**2 * (1.0 - 0.99**2)) == deck.gas.L
+    assert pytest.approx(300 * math.sqrt(3.0) / 2.0 * 0.02**2 / 2.0) == deck.gas.f
+    assert pytest.approx(2.41 * 0.02) == deck.gas.K
+    assert parse(dumps(deck)) == deck and f"# gas.L = {deck.gas.L!r}" in dumps(deck) and "\nL = " not in dumps(deck)
+    assert any(f"L = {deck.gas.L:.6g}, f = 0.0519615" in line for line in describe(deck))
+    assert pytest.approx(deck.gas.L / 4.0) == changed(deck, {"grains.diameter": 0.04}).gas.L
+    for number in range(2, 400, 40):
+        other = changed(deck, {"grains.number": number})
+        assert dynamics_of(other, initial_state(other)).number == number
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+def test_any_restitution_may_be_given_outright(restitution):
+    deck = parse(OUTRIGHT, [f"grains.restitution={restitution}"])
+    assert deck.restitution == restitution and deck.gas.restitution == pytest.approx(restitution, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "key", "problem"),
+    [
+        (["gas.L=100"], "gas.L", "given beside grains.diameter, from which it follows"),
+        (["gas.f=0.1"], "gas.f", "given beside grains.diameter"),
+        (["gas.K=0.1"], "gas.K", "given beside grains.diameter"),
+        (["grains={diameter=0.02}"], "grains.restitution", "together, or none"),
+        (["grains={number=300}"], "grains.diameter", "together, or none"),
+        (["grains={seed=1}"], "gas.L", "required"),
+        (["grains.diameter=1.0"], "grains.diameter", "less than 1"),
+        (["grains.restitution=1.1"], "grains.restitution", "at most 1"),
+        (["grains.number=1"], "grains.number", "at least 2"),
+        (["grains.number=1.5"], "grains.number", "whole number"),
+        (["grains.number=30000"], "grains.diameter", "gas.f follows from it: 5.196"),
+    ],
+)
+def test_grains_are_given_in_exactly_one_way(words, key, problem):
+    with pytest.raises(DeckError) as error:
+        parse(OUTRIGHT, words)
+    assert {complaint.key: complaint.problem for complaint in error.value.complaints}.get(key, "").count(problem)
+
+
+def test_grains_of_an_experiment_have_its_numbers_and_its_amplitude():
+    text = (PROBLEMS / "experiment.toml").read_text()
+    text = text.replace('"evolution"', '"grains"').replace('integrator = "lagrange-remap"\n', "")
+    deck = parse(text)
+    d, L_x, A = (LENGTH.si(getattr(deck.experiment, key)) for key in ("d", "L_x", "A"))
+    assert deck.diameter == pytest.approx(d / L_x) and deck.restitution == pytest.approx(deck.experiment.r)
+    assert deck.grains.amplitude == pytest.approx(A / L_x) and parse(dumps(deck)) == deck
+    assert dynamics_of(deck, initial_state(deck)).number == deck.experiment.N
+    with pytest.raises(DeckError, match=r"beside \[experiment\]"):
+        parse(text, ["grains={diameter=0.01, restitution=0.9, number=9}"])
 
 
 def test_an_inelastic_collapse_ends_with_its_last_state_saved(run_deck, capsys):
@@ -182,3 +257,15 @@ def test_a_sweep_over_seeds_knows_the_numbers_of_grains(run_deck, tmp_path):
     )
     assert first.keys() == set(study.base.scalars) and None not in first.values()
     assert first["grains"] == second["grains"] and first["collisions"] != second["collisions"]
+
+
+def test_pictures_of_sweeps_average_over_seeds():
+    """Means and their standard errors; a sweep over nothing but seeds is shown as it is."""
+    numbers = np.array([[1.0, 2.0, 6.0], [4.0, 4.0, np.nan]])
+    values = xarray.DataArray(numbers, {"gas.L": [1.0, 2.0], "grains.seed": [1.0, 2.0, 3.0]}, name="wall_max")
+    means, errors = ensemble(values)
+    assert means.dims == errors.dims == ("gas.L",) and means.name == "wall_max"
+    assert means.values == pytest.approx([3.0, 4.0])
+    assert errors.values == pytest.approx([math.sqrt(7.0 / 3.0), 0.0])
+    alone, none = ensemble(values[0])
+    assert alone.identical(values[0]) and none is None

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, cast
 
-from pydantic import Field, Strict, ValidationInfo, field_validator
+from pydantic import Field, Strict, ValidationError, ValidationInfo, field_validator
 
 from hydro.deck.evolution import RunDeck
-from hydro.deck.fields import Among, Density, NonNegative, Positive, Section, Text, broken_rule
+from hydro.deck.experiment import STAND_IN, Scaled, packed
+from hydro.deck.fields import Among, Density, NonNegative, Number, Positive, Section, Text, broken_rule
 from hydro.deck.initial import Initial, ManufacturedInitial
-from hydro.deck.sections import Gas
+from hydro.deck.sections import GAMMA, Gas, Sections, number_in
 
 DRIVES = ("random-phase", "sinusoidal", "sawtooth")
+OUTRIGHT = ("diameter", "restitution", "number")
+ROUNDING = 1e-12  # in the 1-r^2 that follows from L, K and mu
 
 
 class GrainsGas(Gas):
@@ -26,7 +30,7 @@ class GrainsGas(Gas):
     def _check_mu(cls, mu: float, info: ValidationInfo) -> float:
         if {"L", "K", "gamma"} <= info.data.keys():
             loss = 3.0 * info.data["gamma"] / 32.0 * info.data["L"] * (info.data["K"] / mu) ** 2
-            if loss > 1.0:
+            if loss > 1.0 + ROUNDING:
                 raise broken_rule(f"no grains have the 1-r^2 = {loss:.3g} that follows from L, K and mu")
         return mu
 
@@ -38,12 +42,19 @@ class GrainsGas(Gas):
     @property
     def restitution(self) -> float:
         """r, from L = (32/(3 gamma)) (L_x/d)^2 (1-r^2)."""
-        return math.sqrt(1.0 - 3.0 * self.gamma / 32.0 * self.L * self.diameter**2)
+        return math.sqrt(max(1.0 - 3.0 * self.gamma / 32.0 * self.L * self.diameter**2, 0.0))
 
 
 class Grains(Section):
-    """What only grains know."""
+    """What only grains know. Diameter, restitution and number together take the place of L, f and K of the gas."""
 
+    diameter: Annotated[Number, Field(gt=0, lt=1)] | None = Field(default=None, description="d/L_x; K = mu d/L_x")
+    restitution: Annotated[Number, Field(ge=0, le=1)] | None = Field(
+        default=None, description="r; L = (32/(3 gamma)) (L_x/d)^2 (1-r^2)"
+    )
+    number: Annotated[int, Strict(), Field(ge=2, le=10**9)] | None = Field(
+        default=None, description="how many grains; f = N 3^(1/2) d^2/(2 L_x L_y)"
+    )
     seed: Annotated[int, Strict()] = Field(default=0, ge=0, le=2**63 - 1, description="seed of the random numbers")
     drive: Annotated[Text, Among(DRIVES)] = Field(
         default="random-phase",
@@ -60,6 +71,24 @@ class Grains(Section):
         description="time before a snapshot over which its fields are averaged; time.end/50 when not given",
     )
 
+    @field_validator("number")
+    @classmethod
+    def _check_outright(cls, number: int | None, info: ValidationInfo) -> int | None:
+        given = {key: info.data.get(key) for key in OUTRIGHT[:-1] if key in info.data} | {"number": number}
+        missing = [key for key, value in given.items() if value is None]
+        if 0 < len(missing) < len(given):
+            raise broken_rule("give diameter, restitution and number together, or none of them", f"grains.{missing[0]}")
+        return number
+
+    def gas(self, gamma: float, mu: float, aspect_ratio: float) -> dict[str, float]:
+        """What follows for the gas of grains that are given outright."""
+        d, r = cast(float, self.diameter), cast(float, self.restitution)
+        return {
+            "L": 32.0 / (3.0 * gamma) * (1.0 - r) * (1.0 + r) / d**2,
+            "f": packed(cast(int, self.number), d, 1.0, aspect_ratio),
+            "K": mu * d,
+        }
+
 
 class GrainsDeck(RunDeck):
     """Event-driven molecular dynamics of inelastic smooth hard disks. They know no rolling friction."""
@@ -73,6 +102,14 @@ class GrainsDeck(RunDeck):
     gas: GrainsGas
     grains: Grains = Grains()
 
+    @field_validator("grains")
+    @classmethod
+    def _check_grains(cls, grains: Grains, info: ValidationInfo) -> Grains:
+        if info.data.get("experiment") is not None and grains.diameter is not None:
+            problem = "given beside [experiment], from which it follows; leave one out"
+            raise broken_rule(problem, "grains.diameter", grains.diameter)
+        return grains
+
     @field_validator("initial")
     @classmethod
     def _check_source(cls, initial: Initial) -> Initial:
@@ -84,3 +121,37 @@ class GrainsDeck(RunDeck):
     def window(self) -> float:
         """Time over which fields are averaged."""
         return self.grains.window or self.time.end / 50.0
+
+    @property
+    def diameter(self) -> float:
+        """d/L_x."""
+        return self.gas.diameter if self.grains.diameter is None else self.grains.diameter
+
+    @property
+    def restitution(self) -> float:
+        """r."""
+        return self.gas.restitution if self.grains.restitution is None else self.grains.restitution
+
+    @classmethod
+    def following(cls, scaled: Scaled) -> Sections:
+        """The amplitude of the wall, too."""
+        return {**super().following(scaled), "grains": {"amplitude": scaled.amplitude}}
+
+    @classmethod
+    def inferred(cls, data: Mapping[str, Any]) -> dict[str, Sections]:
+        section = data.get("grains")
+        outright = isinstance(section, dict) and any(key in section for key in OUTRIGHT)
+        if not outright or "experiment" in data:
+            return super().inferred(data)
+        gamma, mu = number_in(data, "gas", "gamma", GAMMA), number_in(data, "gas", "mu", 1.0)
+        try:
+            gas = Grains.model_validate(section).gas(gamma, mu, number_in(data, "box", "aspect_ratio", 1.0))
+        except (ValidationError, ArithmeticError):
+            gas = {key: getattr(STAND_IN, key) for key in ("L", "f", "K")}
+        return {"grains.diameter": {"gas": gas}}
+
+    @property
+    def follows(self) -> dict[str, Sections]:
+        if self.grains.diameter is None:
+            return super().follows
+        return {"grains.diameter": {"gas": self.grains.gas(self.gas.gamma, self.gas.mu, self.box.aspect_ratio)}}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import reprlib
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -15,10 +14,9 @@ from typing import Any, get_args
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from hydro.deck.experiment import STAND_IN, Experiment, Scaled
 from hydro.deck.fields import Section, item_of, kinds_of, list_or, meaning, section_of
 from hydro.deck.kinds import KINDS
-from hydro.deck.sections import GAMMA, Deck, ExperimentDeck
+from hydro.deck.sections import Deck
 from hydro.errors import Complaint, DeckError
 from hydro.registry import nearest
 
@@ -91,26 +89,35 @@ def validate(data: Mapping[str, Any], source: str = "deck", complaints: Iterable
 def dumps(deck: Deck) -> str:
     """The deck as TOML text, defaults included; `parse` of it gives an equal deck.
 
-    What follows from an experiment comes as comments at the end.
+    What follows from other parts of it comes as comments at the end.
     """
     return "\n".join([*_lines(_given(deck)), *_following(deck)]) + "\n"
 
 
 def _given(deck: Deck) -> dict[str, Any]:
-    """What the deck says, without what follows from an experiment."""
-    given = deck.model_dump(exclude_none=True, exclude={name: set(keys) for name, keys in deck.follows.items()})
+    """What the deck says, without what follows from other parts of it."""
+    given = deck.model_dump(exclude_none=True)
+    for sections in deck.follows.values():
+        for name, keys in sections.items():
+            given[name] = {key: value for key, value in given[name].items() if key not in keys}
     base = getattr(deck, "base", None)
     return given if base is None else {**given, "base": _given(base)}
 
 
 def _following(deck: Deck) -> Iterator[str]:
+    for source, sections in deck.follows.items():
+        yield f"\n# What follows from {_source(source)}:"
+        for name, keys in sections.items():
+            yield from (f"# {name}.{key} = {_toml(value)}" for key, value in keys.items())
     experiment = getattr(deck, "experiment", None)
     if experiment is not None:
-        yield "\n# What follows from [experiment]:"
-        for name, keys in deck.follows.items():
-            yield from (f"# {name}.{key} = {_toml(value)}" for key, value in keys.items())
         yield "# Units:"
         yield from (f"# {name} = {value:.6g} {unit}" for name, (value, unit) in experiment.units.items())
+
+
+def _source(key: str) -> str:
+    """A section or key from which others follow, as people write it."""
+    return key if "." in key else f"[{key}]"
 
 
 def _lines(table: Mapping[str, Any], name: str = "") -> Iterator[str]:
@@ -296,54 +303,46 @@ def _drop_foreign_keys(section: dict[str, Any], table: Table) -> None:
             del section[key]
 
 
-# Experiments
+# What follows from other parts of a deck
 
 
-def _fill(data: Mapping[str, Any], model: type[Deck]) -> tuple[Mapping[str, Any], set[str], list[Complaint]]:
-    """`data` with all that follows from its experiment, the keys of that, and complaints where they were given too."""
+def _fill(data: Mapping[str, Any], model: type[Deck]) -> tuple[Mapping[str, Any], dict[str, str], list[Complaint]]:
+    """`data` with all that follows from other parts of it.
+
+    Beside it the keys of that, each with the one that it follows from, and complaints where they were given too.
+    """
     inner = _kind_in(kinds_of(model, "base") or {}, data["base"]) if isinstance(data.get("base"), dict) else None
     if inner is not None and issubclass(inner, Deck):
         base, following, doubled = _fill(data["base"], inner)
         blamed = [replace(complaint, key=f"base.{complaint.key}") for complaint in doubled]
-        return {**data, "base": base}, {f"base.{key}" for key in following}, blamed
-    if "experiment" not in data or not issubclass(model, ExperimentDeck):
-        return data, set(), []
-    filled, following, doubled = dict(data), set(), []
-    for name, keys in model.following(_scaled(data)).items():
-        default = {"kind": model.model_fields[name].default.kind} if kinds_of(model, name) else {}
-        section = data.get(name, {})
-        if not isinstance(section, dict):
-            continue
-        section = {**default, **section}
-        choice = _kind_in(kinds_of(model, name) or {}, section) or section_of(model, name)
-        known = {key: value for key, value in keys.items() if choice is not None and key in choice.model_fields}
-        following |= {f"{name}.{key}" for key in known}
-        doubled += [_doubled(f"{name}.{key}", section[key]) for key in known if key in section]
-        filled[name] = {**section, **known}
+        return {**data, "base": base}, {f"base.{key}": f"base.{source}" for key, source in following.items()}, blamed
+    filled, following, doubled = dict(data), {}, []
+    for source, sections in model.inferred(data).items():
+        for name, keys in sections.items():
+            default = {"kind": model.model_fields[name].default.kind} if kinds_of(model, name) else {}
+            section = data.get(name, {})
+            if not isinstance(section, dict):
+                continue
+            section = {**default, **section}
+            choice = _kind_in(kinds_of(model, name) or {}, section) or section_of(model, name)
+            known = {key: value for key, value in keys.items() if choice is not None and key in choice.model_fields}
+            following |= dict.fromkeys((f"{name}.{key}" for key in known), source)
+            doubled += [_doubled(f"{name}.{key}", section[key], source) for key in known if key in section]
+            filled[name] = {**section, **known}
     return filled, following, doubled
 
 
-def _scaled(data: Mapping[str, Any]) -> Scaled:
-    """The scaled numbers of the experiment, or stand-ins when it is not valid: then that is complained about later."""
-    gas = data.get("gas")
-    gamma = gas.get("gamma", GAMMA) if isinstance(gas, dict) else GAMMA
-    legal = isinstance(gamma, int | float) and not isinstance(gamma, bool) and 0 < gamma < math.inf
-    try:
-        return Experiment.model_validate(data["experiment"]).scaled(gamma if legal else GAMMA)
-    except (ValidationError, OverflowError):
-        return STAND_IN
+def _doubled(key: str, value: object, source: str) -> Complaint:
+    problem = f"{_show(value)} is given beside {_source(source)}, from which it follows; leave one out"
+    return Complaint(key, problem, value)
 
 
-def _doubled(key: str, value: object) -> Complaint:
-    return Complaint(key, f"{_show(value)} is given beside [experiment], from which it follows; leave one out", value)
-
-
-def _blame(complaint: Complaint, following: set[str]) -> Complaint:
-    """A complaint about what follows from the experiment as one about the experiment."""
-    if complaint.key.partition("[")[0] not in following:
+def _blame(complaint: Complaint, following: Mapping[str, str]) -> Complaint:
+    """A complaint about what follows from another part of the deck as one about that."""
+    source = following.get(complaint.key.partition("[")[0])
+    if source is None:
         return complaint
-    place = "base." * complaint.key.count("base.") + "experiment"
-    return Complaint(place, f"{complaint.key} follows from it: {complaint.problem}", complaint.value)
+    return Complaint(source, f"{complaint.key} follows from it: {complaint.problem}", complaint.value)
 
 
 # Complaints

@@ -7,11 +7,12 @@ A new wall is a model here and a line in its table.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, Strict, ValidationInfo, field_validator
+from pydantic import Field, Strict, ValidationError, ValidationInfo, field_validator
 
-from hydro.deck.experiment import Experiment, Scaled
+from hydro.deck.experiment import STAND_IN, Experiment, Scaled
 from hydro.deck.fields import (
     Among,
     Axes,
@@ -162,6 +163,9 @@ class DrivingVibrating(Vibrating):
 DRIVING_WALLS: dict[str, type[Wall]] = {"vibrating": DrivingVibrating, "thermal": Thermal}
 
 
+Sections = dict[str, dict[str, Any]]  # values by section and key
+
+
 class Deck(Tagged):
     """What all kinds of deck have in common."""
 
@@ -174,9 +178,14 @@ class Deck(Tagged):
         """For studies: values by dotted key that each run has instead of those of the base deck."""
         return []
 
+    @classmethod
+    def inferred(cls, data: Mapping[str, Any]) -> dict[str, Sections]:
+        """Of a deck that is not yet valid: what follows from others, by the section or key that it follows from."""
+        return {}
+
     @property
-    def follows(self) -> dict[str, dict[str, Any]]:
-        """Sections and keys that are not given but follow from others."""
+    def follows(self) -> dict[str, Sections]:
+        """What is not given but follows from others, by the section or key that it follows from."""
         return {}
 
 
@@ -186,10 +195,14 @@ class ExperimentDeck(Deck):
     experiment: Experiment | None = None
 
     @classmethod
-    def following(cls, scaled: Scaled) -> dict[str, dict[str, Any]]:
+    def following(cls, scaled: Scaled) -> Sections:
         """Sections and keys that follow from an experiment, where they are known."""
         gas = {key: getattr(scaled, key) for key in ("L", "f", "K", "tau", "mu")}
         return {"gas": gas, "box": {"aspect_ratio": scaled.aspect_ratio}, "wall": {"W": scaled.W}}
+
+    @classmethod
+    def inferred(cls, data: Mapping[str, Any]) -> dict[str, Sections]:
+        return {"experiment": cls.following(_scaled(data))} if "experiment" in data else {}
 
     @property
     def scaled(self) -> Scaled | None:
@@ -198,10 +211,29 @@ class ExperimentDeck(Deck):
         return None if self.experiment is None else self.experiment.scaled(gamma)
 
     @property
-    def follows(self) -> dict[str, dict[str, Any]]:
+    def follows(self) -> dict[str, Sections]:
         scaled = self.scaled
-        sections = {} if scaled is None else self.following(scaled)
-        return {
+        if scaled is None:
+            return {}
+        known = {
             name: {key: value for key, value in keys.items() if hasattr(getattr(self, name), key)}
-            for name, keys in sections.items()
+            for name, keys in self.following(scaled).items()
         }
+        return {"experiment": known}
+
+
+def _scaled(data: Mapping[str, Any]) -> Scaled:
+    """The scaled numbers of the experiment, or stand-ins when it is not valid: then that is complained about later."""
+    gamma = number_in(data, "gas", "gamma", GAMMA)
+    try:
+        return Experiment.model_validate(data["experiment"]).scaled(gamma)
+    except (ValidationError, OverflowError):
+        return STAND_IN
+
+
+def number_in(data: Mapping[str, Any], name: str, key: str, default: float) -> float:
+    """A positive number of a deck that is not yet valid; the default where there is none."""
+    section = data.get(name)
+    value = section.get(key, default) if isinstance(section, dict) else default
+    legal = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
+    return value if legal else default

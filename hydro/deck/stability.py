@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from hydro.deck.experiment import Scaled
 from hydro.deck.fields import Among, Density, HalfWaves, ListOr, Positive, Section, Text, broken_rule, some_distinct
-from hydro.deck.sections import CLOSURES, DRIVING_WALLS, ExperimentDeck, Range
+from hydro.deck.sections import CLOSURES, DRIVING_WALLS, ExperimentDeck, Range, Sections
 
 
 class DensityGas(Section):
@@ -81,7 +81,7 @@ class StabilityDeck(ExperimentDeck):
     stability: Stability
 
     @classmethod
-    def following(cls, scaled: Scaled) -> dict[str, dict[str, Any]]:
+    def following(cls, scaled: Scaled) -> Sections:
         """The L of an experiment, and its place in the picture."""
         place = {"f": scaled.f, "aspect_ratio": scaled.aspect_ratio, "label": "experiment"}
         return {"stability": {"L": (scaled.L,), "points": (place,)}}

@@ -11,12 +11,8 @@ from hydro.errors import RunFailed
 from hydro.grains import events
 from hydro.grains.events import (
     CLOCK,
-    COLUMN,
     COUNTS,
-    LINKS,
     MOTION,
-    NOBODY,
-    ROW,
     SUMS,
     TIME,
     VX,
@@ -26,14 +22,14 @@ from hydro.grains.events import (
     X,
     Y,
 )
-from hydro.grains.queue import Queue
+from hydro.grains.queue import Queue, aligned
 from hydro.grains.random import seeded
 
 EPOCH = 0.25  # times are counted from the last multiple of this: small numbers have fine digits
 BUDGET = 1_000_000  # events between looks at the clock
 PROGRESS = 1e-13  # of the clock in as many events, if grains do not collide without end
-CELL = 1.2  # smallest width of a cell, in diameters
-CELLS_PER_GRAIN = 8.0  # at most
+CELL = 1.01  # smallest width of a cell, in diameters
+CELLS_PER_GRAIN = 40.0  # at most
 
 
 def arena(
@@ -48,7 +44,7 @@ def arena(
 ) -> Arena:
     """The box 0 < x < 1, 0 < y < length_y of the centres of grains, in cells of the width `cell` or a little more.
 
-    Without `cell`, that is 1.2 diameters, or more where the gas is so dilute that most cells would be
+    Without `cell`, that is a diameter and a little, or more where the gas is so dilute that most cells would be
     empty. The last column holds all of what a moving wall can `reach`, 1-reach < x: only there grains look for it.
     ValueError where a periodic box has no three cells across.
     """
@@ -87,23 +83,33 @@ class Dynamics:
         self._begin({**memory, **books, "epoch": np.zeros(1)})
 
     def _begin(self, memory: dict[str, np.ndarray]) -> None:
-        number, cells = len(memory["motion"]), (self.arena.columns, self.arena.rows)
-        motion = np.full((number, MOTION), np.inf)
-        motion[:, : TIME + 1] = memory["motion"]
+        """Arrange the grains by cell, so that neighbours are neighbours in memory, and foresee all."""
+        cells = memory["cells"].astype(np.int32)
+        number = len(cells)
+        self._order = np.argsort(cells[:, events.COLUMN] * self.arena.rows + cells[:, events.ROW], kind="stable")
+        motion = aligned((number, MOTION))
+        motion[:, : TIME + 1] = memory["motion"][self._order]
         self.grains = Grains(
-            motion, np.zeros((number, LINKS), np.int32), np.full(cells, NOBODY, np.int32),
-            Queue.of(np.full(number, np.inf)),
+            motion, np.zeros(number, np.int32), np.zeros((number, 2), np.int32),
+            np.zeros((self.arena.columns, self.arena.rows), np.int32), np.zeros(number, np.int32),
+            np.zeros((number + 2, 3), np.int32), Queue.of(np.full(number, np.inf)),
             *(memory[name].copy() for name in ("clock", "random", "sums", "counts")),
         )  # fmt: skip
         self._epoch = int(memory["epoch"][0])
-        events.fill_cells(self.grains, memory["cells"].astype(np.int32))
+        events.fill_cells(self.grains, cells[self._order])
         events.foresee_all(self.grains, self.arena, self.wall)
+
+    def _own(self, rows: np.ndarray) -> np.ndarray:
+        """What `grains` has of each grain, in the order in which they were given."""
+        own = np.empty_like(rows)
+        own[self._order] = rows
+        return own
 
     def memory(self) -> dict[str, np.ndarray]:
         """All that is needed to go on with the same bits, but for the count of stale events: all are foreseen anew."""
         grains = self.grains
         return {
-            "motion": grains.motion[:, : TIME + 1].copy(), "cells": grains.links[:, COLUMN : ROW + 1].copy(),
+            "motion": self._own(grains.motion[:, : TIME + 1]), "cells": self._own(grains.cells),
             "epoch": np.array([self._epoch]), "clock": grains.clock.copy(), "random": grains.random.copy(),
             "sums": grains.sums.copy(), "counts": grains.counts.copy(), "time": np.array([self.time]),
         }  # fmt: skip
@@ -118,8 +124,8 @@ class Dynamics:
         while until - self._epoch * EPOCH >= EPOCH:
             self._run(EPOCH)
             events.count_time_from(self.grains, EPOCH, self.wall.period)
-            events.foresee_all(self.grains, self.arena, self.wall)
             self._epoch += 1
+            self._begin(self.memory())
         self._run(until - self._epoch * EPOCH)
         self.time = until
 
@@ -140,14 +146,14 @@ class Dynamics:
     @property
     def velocities(self) -> np.ndarray:
         """Shape (N, 2)."""
-        return self.grains.motion[:, VX : VY + 1]
+        return self._own(self.grains.motion[:, VX : VY + 1])
 
     @property
     def positions(self) -> np.ndarray:
         """At the present time, shape (N, 2). Along a periodic direction they may lie just outside the box."""
         motion = self.grains.motion
         flight = self.time - self._epoch * EPOCH - motion[:, TIME]
-        return motion[:, X : Y + 1] + motion[:, VX : VY + 1] * flight[:, None]
+        return self._own(motion[:, X : Y + 1] + motion[:, VX : VY + 1] * flight[:, None])
 
     @property
     def energy(self) -> float:
@@ -158,6 +164,16 @@ class Dynamics:
     def smallest_gap(self) -> float:
         """The smallest distance between surfaces of grains, in diameters: negative where they overlap."""
         return events.smallest_gap(self.grains, self.arena, self.time - self._epoch * EPOCH)
+
+    def closest_until(self, time: float, every: int) -> float:
+        """Advance, and return the smallest gap seen right after every so many events: who just collided touches."""
+        smallest = math.inf
+        while self.time < time:
+            end = min(time - self._epoch * EPOCH, EPOCH)
+            while events.run(self.grains, self.arena, self.wall, end, every) == every:
+                smallest = min(smallest, events.smallest_gap(self.grains, self.arena, self.grains.clock[events.NOW]))
+            self.advance(self._epoch * EPOCH + end)
+        return smallest
 
     def count(self, which: int) -> int:
         """How often something happened so far: `events.COLLISIONS` and the names beside it."""

@@ -20,12 +20,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydro.grains.queue import Queue, reschedule
-from hydro.jit import inline, kernel, part
+from hydro.grains.queue import ROOT, Queue, children, reschedule
+from hydro.jit import fetch, inline, kernel
 
-X, Y, VX, VY, TIME, COLLISION, EXIT = range(7)  # columns of `motion`
-MOTION = 8  # numbers in its rows, which are then lines of the cache
-PARTNER, SEEN, COUNT, NEXT, PREVIOUS, COLUMN, ROW, LINKS = range(8)  # columns of `links`
+X, Y, VX, VY, TIME, COLLISION, COUNT, SEEN, MOTION = range(9)  # columns of `motion`: its rows are lines of the cache
+COLUMN, ROW = range(2)  # columns of `cells`
+CANDIDATE, ACROSS_X, ACROSS_Y = range(3)  # columns of `candidates`
 NOBODY, LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4, -5  # partners that are no grains
 WALL_ENERGY, LOSS, VIRIAL, PUSH_LEFT, PUSH_RIGHT, SUMS = range(6)
 COLLISIONS, WALL_HITS, SOFT, STALE, CROSSINGS, COUNTS = range(6)
@@ -35,18 +35,22 @@ NOW, ORIGIN, CLOCK = range(3)
 class Grains(NamedTuple):
     """All that changes with an event.
 
-    motion (N, 8): position, velocity, the time they belong to; times of the next collision and of leaving the cell.
-    links (N, 7): partner in that collision, the partner's count when it was foreseen, own count of collisions,
-    neighbours in the list of the cell, column and row of the cell. heads (columns, rows): first grain of each cell.
-    clock (2,): time of the last event, and what to add to times to count them from the beginning of a period of the
-    wall. random (4,): the state of the random numbers. sums (5,): energy given by the wall, energy lost, the virial,
-    momentum given to the walls at x = 0 and x = 1. counts (5,): collisions, impacts on the driving wall, collisions
-    that the contact time made elastic, stale events, changes of cell.
+    motion (N, 8): position, velocity, the time they belong to; the time of the next collision; how many collisions
+    the grain has had, and its partner in the next one when that was foreseen. partners (N,): that partner. cells
+    (N, 2): column and row of the cell. heads (columns, rows): first grain of each cell. following (N,): next grain of
+    the same cell. candidates (N + 2, 3): room for the grains in a block of cells, and how often one goes round the box
+    to them. clock (2,): time of the last event, and what to add to times to count them from the beginning of a period
+    of the wall. random (4,): the state of the random numbers. sums (5,): energy given by the wall, energy lost, the
+    virial, momentum given to the walls at x = 0 and x = 1. counts (5,): collisions, impacts on the driving wall,
+    collisions that the contact time made elastic, stale events, changes of cell.
     """
 
     motion: np.ndarray
-    links: np.ndarray
+    partners: np.ndarray
+    cells: np.ndarray
     heads: np.ndarray
+    following: np.ndarray
+    candidates: np.ndarray
     queue: Queue
     clock: np.ndarray
     random: np.ndarray
@@ -85,13 +89,10 @@ def meeting(motion, i, j, shift_x, shift_y, diameter):
     x_j, y_j = place(motion, j, reference)
     x, y = x_j - x_i + shift_x, y_j - y_i + shift_y
     closing = -(x * u + y * v)
-    if closing <= 0.0:
-        return math.inf
     outside = x * x + y * y - diameter * diameter
     discriminant = closing * closing - (u * u + v * v) * outside
-    if discriminant <= 0.0:
-        return math.inf
-    return reference + max(outside, 0.0) / (closing + math.sqrt(discriminant))
+    at = reference + max(outside, 0.0) / (closing + math.sqrt(max(discriminant, 0.0)))
+    return at if (closing > 0.0) & (discriminant > 0.0) else math.inf
 
 
 @inline(exact=True)
@@ -100,27 +101,53 @@ def around(cell, cells):
     return (cell >= cells) - (cell < 0)
 
 
-@part(exact=True)
-def look_into(grains, arena, i, first_column, last_column, first_row, last_row):
-    """Take note of the earliest collision of grain i in a block of cells, if it is earlier than what is known."""
-    motion, links, heads = grains.motion, grains.links, grains.heads
-    earliest, partner = motion[i, COLLISION], links[i, PARTNER]
+@inline(exact=True)
+def gather(grains, arena, first_column, last_column, first_row, last_row):
+    """List the grains in a block of cells as candidates; returns how many there are.
+
+    Without branches: what is written behind the last candidate is written over.
+    """
+    heads, following, candidates = grains.heads, grains.following, grains.candidates
+    found = 0
     for column in range(first_column, last_column + 1):
         across_x = around(column, arena.columns)
         in_column = heads[column - across_x * arena.columns]
         for row in range(first_row, last_row + 1):
             across_y = around(row, arena.rows)
-            j = in_column[row - across_y * arena.rows]
-            while j >= 0:
-                if j != i:
-                    at = meeting(motion, i, j, across_x * 1.0, across_y * arena.length_y, arena.diameter)
-                    if at < earliest:
-                        earliest, partner = at, j
-                j = links[j, NEXT]
-    if earliest < motion[i, COLLISION]:
+            first = in_column[row - across_y * arena.rows]
+            candidates[found, CANDIDATE] = first
+            candidates[found, ACROSS_X] = across_x
+            candidates[found, ACROSS_Y] = across_y
+            found += first >= 0
+    k = 0
+    while k < found:
+        after = following[candidates[k, CANDIDATE]]
+        candidates[found, CANDIDATE] = after
+        candidates[found, ACROSS_X] = candidates[k, ACROSS_X]
+        candidates[found, ACROSS_Y] = candidates[k, ACROSS_Y]
+        found += after >= 0
+        k += 1
+    return found
+
+
+@inline(exact=True)
+def look_into(grains, arena, i, first_column, last_column, first_row, last_row):
+    """Take note of the earliest collision of grain i in a block of cells, if it is earlier than what is known.
+
+    A grain never meets itself, for it does not come closer.
+    """
+    motion, candidates = grains.motion, grains.candidates
+    earliest, partner = motion[i, COLLISION], np.int64(NOBODY)
+    for k in range(gather(grains, arena, first_column, last_column, first_row, last_row)):
+        j = np.int64(candidates[k, CANDIDATE])
+        shift_x, shift_y = candidates[k, ACROSS_X] * 1.0, candidates[k, ACROSS_Y] * arena.length_y
+        at = meeting(motion, i, j, shift_x, shift_y, arena.diameter)
+        partner = j if at < earliest else partner
+        earliest = min(at, earliest)
+    if partner >= 0:
         motion[i, COLLISION] = earliest
-        links[i, PARTNER] = partner
-        links[i, SEEN] = links[partner, COUNT]
+        motion[i, SEEN] = motion[partner, COUNT]
+        grains.partners[i] = partner
 
 
 @inline(exact=True)
@@ -142,11 +169,11 @@ def come_near(cell, cells, periodic, step):
     return first, last
 
 
-@part(exact=True)
+@inline(exact=True)
 def look_at_walls(grains, arena, wall, i):
     """Take note of the wall that grain i meets, if that is earlier than what is known."""
     motion = grains.motion
-    column, row = grains.links[i, COLUMN], grains.links[i, ROW]
+    column, row = grains.cells[i, COLUMN], grains.cells[i, ROW]
     start = motion[i, TIME]
     if not arena.periodic_x:
         if column == 0 and motion[i, VX] < 0.0:
@@ -166,7 +193,7 @@ def note_wall(grains, i, time, side):
     """Take note of a wall that grain i meets, if that is earlier than what is known."""
     if time < grains.motion[i, COLLISION]:
         grains.motion[i, COLLISION] = time
-        grains.links[i, PARTNER] = side
+        grains.partners[i] = side
 
 
 @inline(exact=True)
@@ -182,82 +209,78 @@ def exit_along(x, v, cell, cells, size, periodic):
 @inline(exact=True)
 def exit_of(grains, arena, i):
     """How long it takes grain i to leave its cell, counted from its own time, and by how many columns and rows."""
-    motion, links = grains.motion, grains.links
+    motion, cells = grains.motion, grains.cells
     in_x, step_x = exit_along(
-        motion[i, X], motion[i, VX], links[i, COLUMN], arena.columns, arena.width, arena.periodic_x
+        motion[i, X], motion[i, VX], cells[i, COLUMN], arena.columns, arena.width, arena.periodic_x
     )
-    in_y, step_y = exit_along(motion[i, Y], motion[i, VY], links[i, ROW], arena.rows, arena.height, arena.periodic_y)
+    in_y, step_y = exit_along(motion[i, Y], motion[i, VY], cells[i, ROW], arena.rows, arena.height, arena.periodic_y)
     if in_x < in_y:
         return in_x, step_x, 0
     return in_y, 0, step_y
 
 
 @inline(exact=True)
-def look_out(grains, arena, wall, i, first_column, last_column, first_row, last_row):
-    """The next event of grain i: what is known already, or what comes from a block of cells, from walls or borders."""
-    motion = grains.motion
+def look_out(grains, arena, wall, i, step_x, step_y):
+    """The next event of grain i: what is known already, or what comes from cells around, from walls or borders.
+
+    After a step into its cell, by so many columns and rows, it looks only into those that have come near.
+    """
+    motion, cells = grains.motion, grains.cells
+    first_column, last_column = come_near(cells[i, COLUMN], arena.columns, arena.periodic_x, step_x)
+    first_row, last_row = come_near(cells[i, ROW], arena.rows, arena.periodic_y, step_y)
     look_into(grains, arena, i, first_column, last_column, first_row, last_row)
     look_at_walls(grains, arena, wall, i)
-    motion[i, EXIT] = motion[i, TIME] + exit_of(grains, arena, i)[0]
-    reschedule(grains.queue, i, min(motion[i, COLLISION], motion[i, EXIT]))
+    leaving = motion[i, TIME] + exit_of(grains, arena, i)[0]
+    reschedule(grains.queue, i, min(motion[i, COLLISION], leaving))
 
 
-@part(exact=True)
-def foresee(grains, arena, wall, i):
-    """The next event of grain i, of which nothing is known yet."""
-    links = grains.links
+@inline(exact=True)
+def forget(grains, i):
+    """Nothing is known of what comes for grain i."""
     grains.motion[i, COLLISION] = math.inf
-    links[i, PARTNER] = NOBODY
-    first_column, last_column = near(links[i, COLUMN], arena.columns, arena.periodic_x)
-    first_row, last_row = near(links[i, ROW], arena.rows, arena.periodic_y)
-    look_out(grains, arena, wall, i, first_column, last_column, first_row, last_row)
+    grains.partners[i] = NOBODY
 
 
-@part(exact=True)
-def change_cell(grains, arena, wall, i):
-    """Grain i enters the next cell, and looks into those that have come near.
+@inline(exact=True)
+def change_cell(grains, arena, i):
+    """Grain i enters the next cell; returns by how many columns and rows it steps, as one that looks out wants to know.
 
     One that leaves a periodic box and enters it anew has other digits, so what was foreseen of it is stale.
     """
-    motion, links = grains.motion, grains.links
+    motion, cells = grains.motion, grains.cells
     _, step_x, step_y = exit_of(grains, arena, i)
-    column, row = links[i, COLUMN] + step_x, links[i, ROW] + step_y
+    column, row = cells[i, COLUMN] + step_x, cells[i, ROW] + step_y
     across_x, across_y = around(column, arena.columns), around(row, arena.rows)
-    column -= across_x * arena.columns
-    row -= across_y * arena.rows
     leave_cell(grains, i)
-    enter_cell(grains, i, column, row)
-    if across_x != 0 or across_y != 0:
-        motion[i, X] -= across_x * 1.0
-        motion[i, Y] -= across_y * arena.length_y
-        links[i, COUNT] += 1
-        foresee(grains, arena, wall, i)
-        return
-    first_column, last_column = come_near(column, arena.columns, arena.periodic_x, step_x)
-    first_row, last_row = come_near(row, arena.rows, arena.periodic_y, step_y)
-    look_out(grains, arena, wall, i, first_column, last_column, first_row, last_row)
+    enter_cell(grains, i, column - across_x * arena.columns, row - across_y * arena.rows)
+    if across_x == 0 and across_y == 0:
+        return step_x, step_y
+    motion[i, X] -= across_x * 1.0
+    motion[i, Y] -= across_y * arena.length_y
+    motion[i, COUNT] += 1.0
+    forget(grains, i)
+    return 0, 0
 
 
 @inline(exact=True)
 def leave_cell(grains, i):
     """Take grain i out of the list of its cell."""
-    links = grains.links
-    before, after = links[i, PREVIOUS], links[i, NEXT]
-    if before >= 0:
-        links[before, NEXT] = after
-    else:
-        grains.heads[links[i, COLUMN], links[i, ROW]] = after
-    if after >= 0:
-        links[after, PREVIOUS] = before
+    heads, following = grains.heads, grains.following
+    column, row = grains.cells[i, COLUMN], grains.cells[i, ROW]
+    before = heads[column, row]
+    if before == i:
+        heads[column, row] = following[i]
+        return
+    while following[before] != i:
+        before = following[before]
+    following[before] = following[i]
 
 
 @inline(exact=True)
 def enter_cell(grains, i, column, row):
     """Put grain i at the head of the list of a cell."""
-    links, first = grains.links, grains.heads[column, row]
-    links[i, COLUMN], links[i, ROW], links[i, NEXT], links[i, PREVIOUS] = column, row, first, NOBODY
-    if first >= 0:
-        links[first, PREVIOUS] = i
+    grains.cells[i, COLUMN], grains.cells[i, ROW] = column, row
+    grains.following[i] = grains.heads[column, row]
     grains.heads[column, row] = i
 
 
@@ -274,7 +297,7 @@ def nearest_image(distance, length, periodic):
     return distance - length * np.rint(distance / length) if periodic else distance
 
 
-@part(exact=True)
+@inline(exact=True)
 def collide(grains, arena, i, j, time):
     """Two grains touch: the normal part of their relative velocity is turned round and shrinks by the restitution.
 
@@ -296,15 +319,15 @@ def collide(grains, arena, i, j, time):
     motion[i, VY] -= impulse * y
     motion[j, VX] += impulse * x
     motion[j, VY] += impulse * y
-    grains.links[i, COUNT] += 1
-    grains.links[j, COUNT] += 1
+    motion[i, COUNT] += 1.0
+    motion[j, COUNT] += 1.0
     grains.sums[LOSS] += 0.25 * (1.0 - restitution * restitution) * closing * closing
     grains.sums[VIRIAL] += impulse * distance
     grains.counts[COLLISIONS] += 1
     grains.counts[SOFT] += soft
 
 
-@part(exact=True)
+@inline(exact=True)
 def reflect(grains, wall, i, side, time):
     """Grain i meets a wall."""
     motion, sums = grains.motion, grains.sums
@@ -320,31 +343,51 @@ def reflect(grains, wall, i, side, time):
         motion[i, VX] = -motion[i, VX]
     else:
         motion[i, VY] = -motion[i, VY]
-    grains.links[i, COUNT] += 1
+    motion[i, COUNT] += 1.0
+
+
+@inline(exact=True)
+def fetch_next(grains):
+    """Have what is known of the grains brought near that stand right behind the first: one of them is likely next."""
+    queue, first = grains.queue, children(ROOT)
+    for place in range(first, first + 4):
+        i = queue.grains[place]
+        fetch(grains.motion, i)
+        fetch(grains.cells, i)
+        fetch(grains.partners, i)
+        fetch(queue.places, i)
 
 
 @kernel(exact=True)
 def run(grains, arena, wall, until, budget):
     """All events up to a time, or as many as the budget allows; returns how many there were."""
-    motion, links, queue = grains.motion, grains.links, grains.queue
+    motion, queue = grains.motion, grains.queue
     events = 0
-    while queue.times[0] <= until and events < budget:
+    while queue.times[ROOT] <= until and events < budget:
         events += 1
-        i, time = np.int64(queue.grains[0]), queue.times[0]
+        i, time = np.int64(queue.grains[ROOT]), queue.times[ROOT]
         grains.clock[NOW] = time
-        if motion[i, EXIT] < motion[i, COLLISION]:
+        fetch_next(grains)
+        step_x, step_y, looking = 0, 0, i
+        if time < motion[i, COLLISION]:
             grains.counts[CROSSINGS] += 1
-            change_cell(grains, arena, wall, i)
-            continue
-        partner = np.int64(links[i, PARTNER])
-        if partner < 0:
-            reflect(grains, wall, i, partner, time)
-        elif links[i, SEEN] == links[partner, COUNT]:
-            collide(grains, arena, i, partner, time)
-            foresee(grains, arena, wall, partner)
+            step_x, step_y = change_cell(grains, arena, i)
         else:
-            grains.counts[STALE] += 1
-        foresee(grains, arena, wall, i)
+            partner = np.int64(grains.partners[i])
+            if partner < 0:
+                reflect(grains, wall, i, partner, time)
+            elif motion[i, SEEN] == motion[partner, COUNT]:
+                collide(grains, arena, i, partner, time)
+                forget(grains, partner)
+                looking = partner
+            else:
+                grains.counts[STALE] += 1
+            forget(grains, i)
+        while True:
+            look_out(grains, arena, wall, looking, step_x, step_y)
+            if looking == i:
+                break
+            looking = i
     return events
 
 
@@ -353,14 +396,15 @@ def fill_cells(grains, cells):
     """Put every grain into its cell, given by column and row, shape (N, 2)."""
     grains.heads[:] = NOBODY
     for i in range(len(cells)):
-        enter_cell(grains, i, cells[i, 0], cells[i, 1])
+        enter_cell(grains, i, cells[i, COLUMN], cells[i, ROW])
 
 
 @kernel(exact=True)
 def foresee_all(grains, arena, wall):
     """The next event of every grain."""
     for i in range(grains.motion.shape[0]):
-        foresee(grains, arena, wall, i)
+        forget(grains, i)
+        look_out(grains, arena, wall, i, 0, 0)
 
 
 @kernel(exact=True)
@@ -375,20 +419,17 @@ def count_time_from(grains, shift, period):
 @kernel(exact=True)
 def smallest_gap(grains, arena, time):
     """The smallest distance between centres of grains at a time, over the diameter, less one; among neighbours."""
-    motion, links = grains.motion, grains.links
+    motion, cells = grains.motion, grains.cells
     smallest = math.inf
     for i in range(motion.shape[0]):
         x_i, y_i = place(motion, i, time)
-        first_column, last_column = near(links[i, COLUMN], arena.columns, arena.periodic_x)
-        first_row, last_row = near(links[i, ROW], arena.rows, arena.periodic_y)
-        for column in range(first_column, last_column + 1):
-            for row in range(first_row, last_row + 1):
-                j = grains.heads[column % arena.columns, row % arena.rows]
-                while j >= 0:
-                    if j < i:
-                        x_j, y_j = place(motion, j, time)
-                        x = nearest_image(x_j - x_i, 1.0, arena.periodic_x)
-                        y = nearest_image(y_j - y_i, arena.length_y, arena.periodic_y)
-                        smallest = min(smallest, x * x + y * y)
-                    j = links[j, NEXT]
+        first_column, last_column = near(cells[i, COLUMN], arena.columns, arena.periodic_x)
+        first_row, last_row = near(cells[i, ROW], arena.rows, arena.periodic_y)
+        for k in range(gather(grains, arena, first_column, last_column, first_row, last_row)):
+            j = grains.candidates[k, CANDIDATE]
+            if j < i:
+                x_j, y_j = place(motion, j, time)
+                x = nearest_image(x_j - x_i, 1.0, arena.periodic_x)
+                y = nearest_image(y_j - y_i, arena.length_y, arena.periodic_y)
+                smallest = min(smallest, x * x + y * y)
     return math.sqrt(smallest) / arena.diameter - 1.0

@@ -55,8 +55,11 @@ def wall_kind(deck: GrainsDeck) -> str:
 
 def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:
     """The grains of a deck, with the fields of its initial state. DeckError where they do not fit."""
-    diameter, length_y = deck.gas.diameter, deck.box.aspect_ratio
-    number = number_of_grains(state.mass / length_y, diameter, length_y)
+    diameter, length_y = deck.diameter, deck.box.aspect_ratio
+    number, wanted = number_of_grains(state.mass / length_y, diameter, length_y), deck.grains.number
+    if wanted is not None and wanted != number:
+        problem = f"{wanted} is not allowed; the initial state {deck.initial.kind!r} has {number} grains"
+        raise DeckError([Complaint("grains.number", problem, wanted)], "initial state")
     try:
         return dynamics_from(deck, *placed(state, number, diameter, deck.grains.seed))
     except ValueError as error:
@@ -67,7 +70,7 @@ def dynamics_from(deck: GrainsDeck, positions: np.ndarray, velocities: np.ndarra
     """The grains of a deck, where they are told to be; shapes (N, 2). ValueError where the box has too few cells."""
     wall = DRIVES[wall_kind(deck)](deck)
     box = arena(
-        deck.gas.diameter, deck.gas.restitution, deck.box.aspect_ratio, len(positions), mesh_of(deck).periodic,
+        deck.diameter, deck.restitution, deck.box.aspect_ratio, len(positions), mesh_of(deck).periodic,
         deck.grains.contact_time, reach=getattr(wall, "amplitude", 0.0),
     )  # fmt: skip
     return Dynamics(box, wall, positions, velocities, deck.grains.seed)

@@ -35,11 +35,12 @@ def placed(state: State, number: int, diameter: float, seed: int) -> tuple[np.nd
     """Positions and velocities of so many grains, shape (number, 2) each, with the fields of a state.
 
     Sites of a lattice are taken with the probability that the density asks for. Velocities are Maxwellian about those
-    of the flow; their sum and their energy are made those of the state. ValueError if there are no grains, or not
+    of the flow; their sum and their energy are made those of the state. ValueError if there are not two grains, or not
     enough sites.
     """
-    if number < 1:
-        raise ValueError(f"not one grain of diameter {diameter:g} comes out of this area fraction and box")
+    if number < 2:
+        problem = f"this area fraction and box hold {number} of diameter {diameter:g}; there must be two grains or more"
+        raise ValueError(problem)
     random = np.random.default_rng(seed)
     mesh, sites = state.mesh, lattice(diameter, state.mesh.aspect_ratio)
     cells = cells_of(sites, mesh.x_faces, mesh.y_faces)

@@ -27,10 +27,10 @@ matplotlib.rcParams.update(
 logging.getLogger("fontTools").setLevel(logging.ERROR)  # it talks about dates in fonts
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write `figure` to `path`, whole or not at all; the suffix picks the format."""
+def save(figure: Figure, path: Path, dpi: float | None = None) -> None:
+    """Write `figure` to `path`, whole or not at all; the suffix picks the format, `dpi` another resolution."""
     with replacing(path) as temporary:
-        figure.savefig(temporary, bbox_inches="tight")
+        figure.savefig(temporary, bbox_inches="tight", dpi=dpi)
 
 
 def publish(figure: Figure, path: Path) -> None:

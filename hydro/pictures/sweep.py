@@ -31,14 +31,24 @@ def draw(path: Path, table: Any, name: str, chain: bool = False) -> None:
 
     A map over the first two axes that have numbers, one for each combination of the others; where there is only one
     such axis, curves along it. Members of a chain are joined by arrows in the order in which they followed each other.
+    Seeds beside other axes are averaged over, and curves then have standard errors.
     """
-    dims = list(table[name].dims)
+    values, errors = (table[name], None) if chain else ensemble(table[name])
+    dims = list(values.dims)
     numeric = [dim for dim in dims if table[dim].dtype.kind == "f" and table.sizes[dim] > 1]
     if len(numeric) > 1 and not chain:
-        maps(path, table[name], numeric[:2])
+        maps(path, values, numeric[:2])
     else:
         along = dims[-1] if chain or not numeric else numeric[0]
-        curves(path, table[name], along, chain)
+        curves(path, values, errors, along, chain)
+
+
+def ensemble(values: Any) -> tuple[Any, Any]:
+    """The mean over seeds and its standard error; all values, and None, where there are no seeds or nothing else."""
+    seeds = [dim for dim in values.dims if dim.endswith(".seed") and values.sizes[dim] > 1]
+    if len(seeds) in (0, values.ndim):
+        return values, None
+    return values.mean(seeds), values.std(seeds, ddof=1) / np.sqrt(values.count(seeds))
 
 
 def maps(path: Path, values: Any, plane: Sequence[str]) -> None:
@@ -61,17 +71,20 @@ def maps(path: Path, values: Any, plane: Sequence[str]) -> None:
     publish(figure, path)
 
 
-def curves(path: Path, values: Any, along: str, chain: bool) -> None:
+def curves(path: Path, values: Any, errors: Any, along: str, chain: bool) -> None:
     """Curves along one axis, one for each combination of the others."""
     figure = Figure(figsize=(5.6, 4.0), layout="constrained")
     axis = figure.add_subplot()
-    for title, part in slices(values, (along,)):
+    bars = itertools.repeat(None) if errors is None else (part.to_numpy() for _, part in slices(errors, (along,)))
+    for (title, part), bar in zip(slices(values, (along,)), bars, strict=False):
         x, y = part[along].to_numpy(), part.to_numpy()
         (line,) = axis.plot(x, y, "o" if chain else "o-", markersize=4.0, linewidth=1.1, label=title or None)
+        if bar is not None:
+            axis.errorbar(x, y, bar, fmt="none", capsize=2.5, elinewidth=1.1, ecolor=line.get_color())
         if chain:
             arrows(axis, x, y, line.get_color())
     axis.set_xlabel(label(along))
-    axis.set_ylabel(said(values.name))
+    axis.set_ylabel(said(values.name) + (", mean over seeds" if errors is not None else ""))
     if values.ndim > 1:
         axis.legend(fontsize=8)
     publish(figure, path)

@@ -154,8 +154,12 @@ class GrainsKeeper(Keeper):
     """Keeps snapshots of averages, checkpoints with all grains and the looks at them, and the summary."""
 
     def snapshot(self, run: Run) -> None:
-        """Note the averages, draw their density, and save a checkpoint to keep."""
+        """Note the averages, draw their density and the grains, and save a checkpoint to keep."""
         self.note(run, observed(run))
+        if self.deck.output.pictures:
+            from hydro.pictures.grains import draw  # matplotlib is slow to import
+
+            draw(self.folder.pictures / f"grains_{len(self.snapshots):04d}.png", grains_of(run))
 
     def seen(self, run: Run) -> State:
         """The average over the window."""
@@ -197,12 +201,13 @@ class GrainsKeeper(Keeper):
 def describe(deck: GrainsDeck) -> list[str]:
     """Lines on the grains of a deck and what they match, for `check`."""
     state = initial_state(deck)
-    mean, d, r = state.mass / deck.box.aspect_ratio, deck.gas.diameter, deck.gas.restitution
+    mean, d, r = state.mass / deck.box.aspect_ratio, deck.diameter, deck.restitution
     number = number_of_grains(mean, d, deck.box.aspect_ratio)
     rate = theory.collision_rate(mean, float(state.temperature.mean()), d)
     cooling, conduction = theory.cooling_mu(deck.gas.gamma), theory.conduction_mu(deck.gas.alpha)
     lines = [
         f"{number} grains of diameter d/L_x = {d:.6g}, restitution r = {r:.6g} (1-r^2 = {1.0 - r * r:.4g})",
+        f"L = {deck.gas.L:.6g}, f = {mean:.6g}, K = {deck.gas.K:.6g}",
         f"split by mu = {deck.gas.mu:g}; dilute kinetic theory has mu = {conduction:.3g} from conduction and "
         f"{cooling:.3g} from cooling,",
         f"so dilute grains conduct like K = {conduction * d:.3g} and have the densities of "
