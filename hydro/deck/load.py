@@ -201,7 +201,7 @@ def _wrong_members(deck: Deck) -> Iterator[Complaint]:
         except DeckError as error:
             new = [complaint for complaint in error.complaints if (complaint.key, complaint.problem) not in said]
             said.update((complaint.key, complaint.problem) for complaint in new)
-            shown = ", ".join(f"{key or '(empty)'} = {_toml(value)}" for key, value in changes.items())
+            shown = ", ".join(f"{_printable(key) or '(empty)'} = {_toml(value)}" for key, value in changes.items())
             yield from (replace(one, problem=f"{one.problem}, in member {number}: {shown}") for one in new)
 
 
