@@ -15,7 +15,8 @@ from hydro.state import State
 
 # Guesses for run times, good to a factor of two or three on one core of a current processor.
 SECONDS_PER_CELL_STEP = {"godunov": 8e-8, "lagrange-remap": 5e-7}
-BYTES_PER_CELL = {"godunov": 176, "lagrange-remap": 530}
+BYTES_PER_CELL = {"godunov": 176, "lagrange-remap": 610}
+VISCOUS_BYTES = 208  # more, where the gas has viscosity
 IMPLICIT_STEPS = 18.0  # over the root of the tolerance, in runs like that of Fig. 4
 
 DENSE = 0.76  # largest density of the localized states of Figs. 3 and 4
@@ -90,14 +91,15 @@ def _time_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
 def _mesh_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     mesh = state.mesh
     steps, meaning = STEPS[deck.time.integrator](deck, state)
-    cells, integrator = mesh.areas.size, deck.time.integrator
+    cells = mesh.areas.size
+    bytes_per_cell = BYTES_PER_CELL[deck.time.integrator] + (VISCOUS_BYTES if deck.gas.viscosity > 0.0 else 0)
     return [
         Scale("narrowest cell in x", float(mesh.dx.min()), "at x = 0"),
         Scale("cell in y", float(mesh.dy.max()), ""),
         Scale("thermal length", thermal_length(state), f"over which conduction balances cooling at n = {DENSE}"),
         Scale("explicit time step", largest_step(deck, state), "at the start, by sound"),
         Scale("steps", steps, meaning),
-        Scale("memory", cells * BYTES_PER_CELL[integrator] / 2**20, "MiB for state and work space"),
+        Scale("memory", cells * bytes_per_cell / 2**20, "MiB for state and work space"),
         Scale("run time", steps * cells * SECONDS_PER_CELL_STEP[integrator], "seconds, a guess for one core"),
     ]
 
