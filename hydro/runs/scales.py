@@ -91,8 +91,8 @@ def _time_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
 def _mesh_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     mesh = state.mesh
     steps, meaning = STEPS[deck.time.integrator](deck, state)
-    cells = mesh.areas.size
-    bytes_per_cell = BYTES_PER_CELL[deck.time.integrator] + (VISCOUS_BYTES if deck.gas.viscosity > 0.0 else 0)
+    cells, integrator = mesh.areas.size, deck.time.integrator
+    bytes_per_cell = BYTES_PER_CELL[integrator] + (VISCOUS_BYTES if deck.gas.viscosity > 0.0 else 0)
     return [
         Scale("narrowest cell in x", float(mesh.dx.min()), "at x = 0"),
         Scale("cell in y", float(mesh.dy.max()), ""),
