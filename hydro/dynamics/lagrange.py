@@ -782,8 +782,9 @@ def finish(gas, wall, grid, P, T, h, friction, work, state, momentum):
         mean_of_faces(lines, low, high, P.shape[1])
         finish_row(work.density[i], T[i], lines, state[N, i], state[MX, i], state[MY, i], state[E, i])
         sums = sums_of_row(
-            state[N, i], state[E, i], T[i], work.cooling[i], work.base[N, i], work.base[E, i], geometry.dy, friction
-        )
+            state[N, i], state[MX, i], state[MY, i], state[E, i], work.cooling[i], work.base[N, i], work.base[E, i],
+            geometry.dy, friction,
+        )  # fmt: skip
         width = geometry.dx[i]
         mass, energy = mass + width * sums[0], energy + width * sums[1]
         base_mass, base_energy = base_mass + width * sums[2], base_energy + width * sums[3]
@@ -810,7 +811,7 @@ def finish_row(density, T, lines, new_n, new_x, new_y, new_e):
 
 
 @part
-def sums_of_row(density, energy, T, cooling, base_n, base_e, dy, friction):
+def sums_of_row(density, momentum_x, momentum_y, energy, cooling, base_n, base_e, dy, friction):
     """Of one row, per width: its mass, energy, those of the base, powers of collisions and friction."""
     mass, total, base_mass, base_energy, lost, rubbed = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(np.uint64(density.size)):
@@ -819,7 +820,8 @@ def sums_of_row(density, energy, T, cooling, base_n, base_e, dy, friction):
         base_mass += dy[j] * base_n[j]
         base_energy += dy[j] * base_e[j]
         lost += dy[j] * cooling[j]
-        rubbed += dy[j] * 2.0 * friction * (energy[j] - density[j] * T[j])
+        twice_kinetic = (momentum_x[j] * momentum_x[j] + momentum_y[j] * momentum_y[j]) / density[j]
+        rubbed += dy[j] * friction * twice_kinetic
     return mass, total, base_mass, base_energy, lost, rubbed
 
 
