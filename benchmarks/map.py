@@ -53,7 +53,7 @@ The number of half-waves is that of the largest cosine in n(0, y); a state is ex
 than 2% of its mean. It is found if the densities on the wall x = 0 change by less than {settled:g} of themselves per
 unit time between t = {before:g} and the end; else it is still changing. Where a dense core cools towards T = 0 its
 density goes to close packing, n = 1, far beyond what the equations hold for, and steps become too short to reach the
-end: packed."""
+end: runs that take longer than {limit:g} s are left there, and called packed."""
 
 
 def run(output: Path, deck: str, *overrides: str) -> Path:
@@ -182,8 +182,8 @@ def main() -> None:
     base = load(folder / "deck.toml").base
     times = [row["time"] for row in members[0]["snapshots"]]
     print(PAGE.format(
-        count=len(entries), end=times[-1], before=times[-2], L=base.gas.L, K=base.gas.K, tau=base.gas.tau,
-        cells=base.mesh.cells[1], nx=base.mesh.cells[0], stretch=base.mesh.stretch, settled=SETTLED,
+        limit=base.time.wall_limit, count=len(entries), end=times[-1], before=times[-2],
+        L=base.gas.L, K=base.gas.K, tau=base.gas.tau, cells=base.mesh.cells[1], nx=base.mesh.cells[0], stretch=base.mesh.stretch, settled=SETTLED,
         seconds=sum(member["wall_seconds"] for member in members),
     ))  # fmt: skip
     print("\n## What is found\n")

@@ -15,7 +15,6 @@ from hydro.runs.ledger import Ledger
 from hydro.state import State
 
 HALVINGS = 12  # of a rejected step, before the run gives up
-HOPELESS = 1e-8  # of the end of the run: a rejected step below it is given up, for as many as these will not be taken
 SET_BY = (*STEP_LIMITS, "dt_max", "rejection", "output")  # what sets a step; output: a time that it must end at
 
 
@@ -88,10 +87,7 @@ def march(run: Run, trackers: Sequence[Tracker]) -> None:
 
 
 def advance(run: Run, stop: float) -> None:
-    """One accepted step, not beyond `stop`; a rejected one is tried again with half the step.
-
-    RunFailed if none is possible: after HALVINGS, or where it is so short that the run would not come to its end.
-    """
+    """One accepted step, not beyond `stop`; a rejected one is tried again with half the step."""
     limits = {**run.integrator.limits(run.state), "dt_max": run.dt_max, "rejection": run.dt_limit}
     set_by = min(limits, key=limits.__getitem__)
     dt = choose_step(limits[set_by], stop - run.state.time)
@@ -106,8 +102,6 @@ def advance(run: Run, stop: float) -> None:
         except StepRejected as rejection:
             run.rejected, dt, reason = run.rejected + 1, 0.5 * dt, str(rejection)
             run.dt_limit, set_by = dt, "rejection"
-            if dt < HOPELESS * run.end:
-                break
             continue
         run.state.time = stop if lands else run.state.time
         run.ledger.book(exchange)
