@@ -183,7 +183,8 @@ def main() -> None:
     times = [row["time"] for row in members[0]["snapshots"]]
     print(PAGE.format(
         limit=base.time.wall_limit, count=len(entries), end=times[-1], before=times[-2],
-        L=base.gas.L, K=base.gas.K, tau=base.gas.tau, cells=base.mesh.cells[1], nx=base.mesh.cells[0], stretch=base.mesh.stretch, settled=SETTLED,
+        L=base.gas.L, K=base.gas.K, tau=base.gas.tau,
+        cells=base.mesh.cells[1], nx=base.mesh.cells[0], stretch=base.mesh.stretch, settled=SETTLED,
         seconds=sum(member["wall_seconds"] for member in members),
     ))  # fmt: skip
     print("\n## What is found\n")
