@@ -10,7 +10,8 @@ add up, and so do M, H and C, times the ratio of the distances between centres. 
 sweeps with Chebyshev weights before and after the coarser levels (they treat mirror images alike, which Gauss-Seidel
 does not), sums residuals up and interpolates corrections bilinearly; the coarsest level is solved directly.
 
-The cycle works in single precision: it improves a solution whose residuals are double.
+The cycle works in single precision: it improves a solution whose residuals are double. Its arithmetic is exact, in the
+order written, in which mirror images in y are treated alike to the last bit.
 """
 
 from __future__ import annotations
@@ -58,12 +59,21 @@ class Level:
         return Level((joined(self.widths[0]), joined(self.widths[1])), self.periodic)
 
 
+def groups(count: int) -> np.ndarray:
+    """The first cells of what becomes one on the coarser level, and `count`: pairs; of an odd number, the cell in the
+    middle stays single, or three in the middle join, so that mirror images stay so; few cells stay as they are.
+    """
+    if count <= COARSEST:
+        return np.arange(count + 1)
+    if count % 2 == 0:
+        return np.arange(0, count + 1, 2)
+    pairs = 2 * np.arange(count // 4 + 1)
+    return np.concatenate([pairs, count - pairs[::-1]])
+
+
 def joined(widths: np.ndarray) -> np.ndarray:
-    """Widths of pairs of cells; the last one stays single if their number is odd; few cells stay as they are."""
-    if widths.size <= COARSEST:
-        return widths
-    pairs = widths[: widths.size // 2 * 2].reshape(-1, 2).sum(axis=1)
-    return np.append(pairs, widths[-1]) if widths.size % 2 else pairs
+    """Widths of cells joined as `groups` says."""
+    return np.add.reduceat(widths, groups(widths.size)[:-1])
 
 
 class Hierarchy:
@@ -103,57 +113,50 @@ class Step:
 
     def __init__(self, fine: Level, coarse: Level):
         self.fine, self.coarse = fine, coarse
-        pairs = [paired(a, b) for a, b in zip(fine.shape, coarse.shape, strict=True)]
-        self._pairs_x = pairs[0]
+        self._first = groups(fine.shape[1])
+        owners = [np.repeat(np.arange(c), np.diff(groups(f))) for f, c in zip(fine.shape, coarse.shape, strict=True)]
+        self._owner_x = owners[0]  # the coarse row that each row belongs to
         ratios = []
         for axis in (0, 1):
             near, far = inverse_distances(fine.widths[axis])[:-1], inverse_distances(coarse.widths[axis])[:-1]
-            ratios.append((far[pairs[axis]] / near).astype(np.float32))
+            ratios.append((far[owners[axis]] / near).astype(np.float32))
         self._ratio_x, self._ratio_y = ratios
-        self._low, self._high, self._share = neighbours(fine, coarse, 1)
-        self._low_x, self._high_x, self._share_x = neighbours(fine, coarse, 0)
+        self._low, self._high, self._shares = neighbours(fine, coarse, 1)
+        self._low_x, self._high_x, self._shares_x = neighbours(fine, coarse, 0)
 
     def couple(self) -> None:
         """Local terms and couplings of the coarse level."""
         fine, coarse = self.fine, self.coarse
-        add_up(fine.local, self._pairs_x, coarse.local)
-        add_faces_x(fine.faces_x, self._pairs_x, self._ratio_x, coarse.faces_x)
-        add_faces_y(fine.faces_y, self._pairs_x, self._ratio_y, coarse.faces_y)
+        add_up(fine.local, self._owner_x, self._first, coarse.local)
+        add_faces_x(fine.faces_x, self._owner_x, self._first, self._ratio_x, coarse.faces_x)
+        add_faces_y(fine.faces_y, self._owner_x, self._first, self._ratio_y, coarse.faces_y)
 
     def restrict(self) -> None:
         """Residuals of the fine level, summed, become the coarse right-hand side."""
         fine, coarse = self.fine, self.coarse
         residual(fine.stencil, fine.faces_x, fine.faces_y, fine.unknowns, fine.right, fine.change)
-        add_up(fine.change, self._pairs_x, coarse.right)
+        add_up(fine.change, self._owner_x, self._first, coarse.right)
 
     def prolong(self) -> None:
         """Add the coarse correction, interpolated."""
         interpolate(
-            self.coarse.unknowns, self._low_x, self._high_x, self._share_x, self._low, self._high, self._share,
+            self.coarse.unknowns, self._low_x, self._high_x, self._shares_x, self._low, self._high, self._shares,
             self.fine.unknowns,
         )  # fmt: skip
         wrap(self.fine)
 
 
-def paired(fine: int, coarse: int) -> np.ndarray:
-    """For every fine index, the coarse one that it belongs to."""
-    index = np.arange(fine)
-    return index if fine == coarse else index // 2
-
-
 def neighbours(fine: Level, coarse: Level, axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coarse cells to both sides of every fine centre along an axis, and the share of the upper one."""
+    """Coarse cells to both sides of every fine centre along an axis, and the shares of the lower and the upper one."""
     widths, count = coarse.widths[axis], coarse.shape[axis]
     centres, fine_centres = (np.cumsum(w) - 0.5 * w for w in (widths, fine.widths[axis]))
+    around = np.concatenate([[centres[-1] - widths.sum()], centres, [centres[0] + widths.sum()]])
     high = np.searchsorted(centres, fine_centres)
-    low = high - 1
+    shares = np.array([around[high + 1] - fine_centres, fine_centres - around[high]]) / np.diff(around)[high]
     if fine.periodic[axis]:
-        around = np.concatenate([[centres[-1] - widths.sum()], centres, [centres[0] + widths.sum()]])
-        share = (fine_centres - around[high]) / (around[high + 1] - around[high])
-        return low % count, high % count, share.astype(np.float32)
-    low, high = np.clip(low, 0, count - 1), np.clip(high, 0, count - 1)
-    gap = np.where(high > low, centres[high] - centres[low], 1.0)
-    return low, high, np.where(high > low, (fine_centres - centres[low]) / gap, 0.0).astype(np.float32)
+        return (high - 1) % count, high % count, shares.astype(np.float32)
+    shares[:, high == 0], shares[:, high == count] = [[0.0], [1.0]], [[1.0], [0.0]]
+    return np.maximum(high - 1, 0), np.minimum(high, count - 1), shares.astype(np.float32)
 
 
 def smooth(level: Level, first: bool) -> None:
@@ -189,19 +192,20 @@ def dense(level: Level) -> np.ndarray:
     return matrix
 
 
-@kernel
+@kernel(exact=True)
 def build(local, faces_x, faces_y, stencil):
     """Stencils from local terms (nx, 4, ny) and couplings (nx, COUPLINGS, ny)."""
     nx = local.shape[0]
     for i in range(nx):
         for q in range(4):
-            stencil[i, D11 + q] = local[i, q]
+            for j in range(local.shape[2]):
+                stencil[i, D11 + q, j] = local[i, q, j]
         couple_row(faces_x, i, (i + 1) % nx, stencil)
         couple_line(faces_y, i, stencil)
         invert_row(stencil, i)
 
 
-@part
+@part(exact=True)
 def couple_row(faces, i, k, stencil):
     """Couplings in x of row i; row k is the next."""
     d11, d21, d22 = stencil[i, D11], stencil[i, D21], stencil[i, D22]
@@ -218,7 +222,7 @@ def couple_row(faces, i, k, stencil):
         above_p[j], above_t[j] = -pb_h[j] - p_h[j], -tb_h[j] - t_h[j]
 
 
-@part
+@part(exact=True)
 def couple_line(faces, i, stencil):
     """Couplings in y of row i."""
     d11, d21, d22 = stencil[i, D11], stencil[i, D21], stencil[i, D22]
@@ -235,7 +239,7 @@ def couple_line(faces, i, stencil):
         above_p[j], above_t[j] = -pb[k] - p[k], -tb[k] - t[k]
 
 
-@part
+@part(exact=True)
 def invert_row(stencil, i):
     """Inverses of the blocks of row i."""
     d11, d12, d21, d22 = stencil[i, D11], stencil[i, D12], stencil[i, D21], stencil[i, D22]
@@ -245,7 +249,7 @@ def invert_row(stencil, i):
         v11[j], v12[j], v21[j], v22[j] = d22[j] * over, -d12[j] * over, -d21[j] * over, d11[j] * over
 
 
-@kernel
+@kernel(exact=True)
 def residual(stencil, faces_x, faces_y, unknowns, right, out):
     """out = right - matrix unknowns, (nx, 2, ny)."""
     nx = right.shape[0]
@@ -261,7 +265,7 @@ def residual(stencil, faces_x, faces_y, unknowns, right, out):
         )  # fmt: skip
 
 
-@part
+@part(exact=True)
 def residual_row(
     d11, d12, d21, d22, xl_p, xl_t, xh_p, xh_t, yl_p, yl_t, yh_p, yh_t, mass_low, mass_high, mass_y,
     p_behind, t_behind, p, t, p_ahead, t_ahead, right_1, right_2, out_1, out_2,
@@ -280,7 +284,7 @@ def residual_row(
         out_2[j] = right_2[j] - d21[j] * p[k] - d22[j] * t[k] - (across + along)
 
 
-@kernel
+@kernel(exact=True)
 def relax(stencil, change, weight, unknowns):
     """unknowns += weight times inverse blocks times residual."""
     for i in range(change.shape[0]):
@@ -290,7 +294,7 @@ def relax(stencil, change, weight, unknowns):
         )  # fmt: skip
 
 
-@part
+@part(exact=True)
 def relax_row(v11, v12, v21, v22, r_1, r_2, weight, p, t):
     """One row of cells."""
     for j in range(np.uint64(r_1.size)):
@@ -298,70 +302,73 @@ def relax_row(v11, v12, v21, v22, r_1, r_2, weight, p, t):
         t[j + ONE] += weight * (v21[j] * r_1[j] + v22[j] * r_2[j])
 
 
-@kernel
-def add_up(fine, pairs_x, coarse):
+@kernel(exact=True)
+def add_up(fine, owner_x, first, coarse):
     """Sums over the cells that are joined; (nx, fields, ny)."""
     coarse[:] = 0.0
     for i in range(fine.shape[0]):
         for field in range(fine.shape[1]):
-            join_row(fine[i, field], coarse[pairs_x[i], field])
+            join_row(fine[i, field], first, coarse[owner_x[i], field])
 
 
-@part
-def join_row(fine, coarse):
-    """Add a row of cells to a coarse one, by twos if that is shorter."""
+@part(exact=True)
+def join_row(fine, first, coarse):
+    """Add a row of cells, joined, to a coarse one; mirror images have mirror images of sums."""
     count = np.uint64(coarse.size)
     if fine.size == coarse.size:
         for m in range(count):
             coarse[m] += fine[m]
-        return
-    for m in range(np.uint64(fine.size) // TWO):
-        coarse[m] += fine[TWO * m] + fine[TWO * m + ONE]
-    if fine.size % 2 == 1:
-        coarse[count - ONE] += fine[fine.size - 1]
+    elif fine.size == 2 * coarse.size:
+        for m in range(count):
+            coarse[m] += fine[TWO * m] + fine[TWO * m + ONE]
+    else:
+        for m in range(coarse.size):
+            low, high = first[m], first[m + 1] - 1
+            outer = fine[low] + fine[high] if high > low else fine[low]
+            coarse[m] += outer + fine[low + 1] if high > low + 1 else outer
 
 
-@kernel
-def add_faces_x(fine, pairs_x, ratio, coarse):
+@kernel(exact=True)
+def add_faces_x(fine, owner_x, first, ratio, coarse):
     """Sums over the faces in x that stay between cells which are not joined; differences span longer distances."""
     coarse[:] = 0.0
     for i in range(fine.shape[0]):
-        if i == 0 or pairs_x[i - 1] != pairs_x[i]:
+        if i == 0 or owner_x[i - 1] != owner_x[i]:
             for field in range(COUPLINGS):
-                out = coarse[pairs_x[i], field]
-                join_row(fine[i, field], out)
+                out = coarse[owner_x[i], field]
+                join_row(fine[i, field], first, out)
                 if field < DRIFT_PA:
                     for m in range(np.uint64(out.size)):
                         out[m] *= ratio[i]
 
 
-@kernel
-def add_faces_y(fine, pairs_x, ratio, coarse):
+@kernel(exact=True)
+def add_faces_y(fine, owner_x, first, ratio, coarse):
     """The same for the faces in y, each between two columns of cells."""
     coarse[:] = 0.0
     for i in range(fine.shape[0]):
         for field in range(COUPLINGS):
-            pick_row(fine[i, field], ratio, field < DRIFT_PA, coarse[pairs_x[i], field])
+            pick_row(fine[i, field], first, ratio, field < DRIFT_PA, coarse[owner_x[i], field])
 
 
-@part
-def pick_row(fine, ratio, longer, coarse):
-    """Add to a coarse row the faces that stay of a fine one: all, or every other."""
-    stride = ONE if fine.size == coarse.size else TWO
+@part(exact=True)
+def pick_row(fine, first, ratio, longer, coarse):
+    """Add to a coarse row the faces that stay of a fine one: those below the first cells that are joined."""
     for m in range(np.uint64(coarse.size)):
-        coarse[m] += fine[stride * m] * (ratio[stride * m] if longer else np.float32(1.0))
+        j = np.uint64(first[m])
+        coarse[m] += fine[j] * (ratio[j] if longer else np.float32(1.0))
 
 
-@kernel
-def interpolate(coarse, low_x, high_x, share_x, low_y, high_y, share_y, fine):
+@kernel(exact=True)
+def interpolate(coarse, low_x, high_x, shares_x, low_y, high_y, shares_y, fine):
     """Add bilinear interpolation of the coarse unknowns; both with ghost columns."""
-    one = np.float32(1.0)
     for i in range(fine.shape[0]):
         for field in range(2):
-            below, above, s = coarse[low_x[i], field], coarse[high_x[i], field], share_x[i]
+            below, above = coarse[low_x[i], field], coarse[high_x[i], field]
+            under, over = shares_x[0, i], shares_x[1, i]
             line = fine[i, field]
             for j in range(fine.shape[2] - 2):
-                k, m, r = low_y[j] + 1, high_y[j] + 1, share_y[j]
-                left = (one - s) * below[k] + s * above[k]
-                right = (one - s) * below[m] + s * above[m]
-                line[j + 1] += (one - r) * left + r * right
+                k, m = low_y[j] + 1, high_y[j] + 1
+                left = under * below[k] + over * above[k]
+                right = under * below[m] + over * above[m]
+                line[j + 1] += shares_y[0, j] * left + shares_y[1, j] * right
