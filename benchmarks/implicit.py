@@ -112,8 +112,9 @@ def iterations() -> str:
 
 One iteration is an exact residual and one V-cycle; a step ends when the error of pressure and temperature is below
 {lagrange.SHARE:g} of what the first guess missed, or below {lagrange.SOLVED:g}. Steady states at L = 5e4, aspect
-ratio 2, their temperature changed by a cosine of {PUSH:.0%}: mean of {COUNTED} steps after {SETTLING}, the step given by hand, not by the error; in brackets the mean
-step where the remap's limit made it shorter, or where the error chose it. On the finest grid:
+ratio 2, their temperature changed by a cosine of {PUSH:.0%}: mean of {COUNTED} steps after {SETTLING}, the step given
+by hand, not by the error; in brackets the mean step where the remap's limit made it shorter, or where the error chose
+it. On the finest grid:
 {densities}.
 
 {table(["state", "dt", *(f"{nx} x {2 * nx}" for nx in GRIDS)], rows)}"""
