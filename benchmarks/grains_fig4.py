@@ -1,0 +1,224 @@
+"""Fig. 4 by grains, at full length, beside hydrodynamics: prints docs/grains_fig4.md, draws its pictures.
+
+    python benchmarks/grains_fig4.py docs > docs/grains_fig4.md
+
+Runs that are complete in the folder `--output` are not repeated. Each of grains takes half an hour or so.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import math
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from measure import table
+from physics.enskog import Enskog
+from physics.extended import MU_CONDUCTION, MU_COOLING
+
+from hydro.cli import main as hydro
+from hydro.deck import load
+from hydro.errors import RunFailed
+from hydro.gas import Grossman
+from hydro.initial import initial_state
+from hydro.mesh import Mesh
+from hydro.pictures.style import publish
+from hydro.runs.evolution import integrator_of
+from hydro.runs.frames import frame_time, frames, read_frame
+from hydro.runs.march import Run, march
+from hydro.runs.observables import wall_extremes
+from hydro.runs.trackers import AtTimes
+from hydro.setup import wall_of
+from hydro.state import State
+from hydro.walls import VibratingWall
+
+PROBLEMS = Path(__file__).parent.parent / "problems"
+CELLS = (64, 128)  # of the flows
+SAMPLES = 400  # of a flow, over its time
+WAVES = (1, 2)  # half-waves whose amplitudes are drawn
+RED, COLOURS = "tab:red", {"closures": ("tab:blue", "--"), "Enskog": ("black", "-")}
+
+
+class Box(NamedTuple):
+    """A run of grains: its deck, and what is changed in it."""
+
+    deck: str
+    overrides: tuple[str, ...]
+
+
+BOXES = {
+    "mu = 1": Box("grains_fig4", ()),
+    "matched": Box(
+        "grains_matched",
+        ("gas.K=5e-3", "time.end=516", "output.times=[40, 200, 400, 516]", "grains.window=8"),
+    ),
+}
+
+
+def matched(deck: Any) -> Grossman:
+    """The paper's closures with the conduction and the densities that dilute grains have."""
+    d = deck.gas.K / deck.gas.mu
+    return Grossman(L=deck.gas.L * MU_COOLING / MU_CONDUCTION, K=MU_CONDUCTION * d)
+
+
+GASES: dict[str, Callable[[Any], Any]] = {
+    "closures": matched,
+    "Enskog": lambda deck: Enskog(deck.gas.L, deck.gas.K / deck.gas.mu),
+}
+
+
+def amplitudes(density: np.ndarray, mesh: Mesh) -> list[float]:
+    """Mean over the grains of cos(m pi y/aspect_ratio), for m in WAVES."""
+    line = mesh.dx @ density * mesh.dy
+    return [float(line @ np.cos(m * math.pi * mesh.y / mesh.aspect_ratio) / line.sum()) for m in WAVES]
+
+
+def grains(output: Path, name: str) -> dict[str, Any]:
+    """Series of a run of grains, and its summary; runs it if it is not there."""
+    box = BOXES[name]
+    folder = output / box.deck
+    words = [str(PROBLEMS / f"{box.deck}.toml"), *box.overrides, "output.movie=true", "--output", str(folder)]
+    if not (folder / "summary.json").exists() and hydro([*words, "--overwrite"]):
+        raise SystemExit(f"{name} failed")
+    mesh = Mesh.rectangle(CELLS, 2.0)
+    pictures = frames(folder / "frames")
+    history = np.genfromtxt(folder / "history.csv", delimiter=",", names=True)
+    sizes = []
+    for path in pictures:
+        density = read_frame(path)
+        sizes.append(amplitudes(density, Mesh.rectangle(density.shape, mesh.aspect_ratio)))
+    return {
+        "time": history["time"], "wall_max": history["wall_max"], "wall_min": history["wall_min"],
+        "frame_time": np.array([frame_time(path) for path in pictures]), "amplitudes": np.array(sizes),
+        "summary": json.loads((folder / "summary.json").read_text()), "folder": folder,
+    }  # fmt: skip
+
+
+def flow(name: str, gas_of: Callable[[Any], Any]) -> dict[str, Any]:
+    """Series of the hydrodynamics of a gas from the same start, viscous, before the wall that gives the same heat."""
+    box = BOXES[name]
+    deck: Any = load(PROBLEMS / f"{box.deck}.toml", box.overrides)
+    gas = gas_of(deck)
+    wall = VibratingWall(wall_of(deck).W * deck.gas.K / gas.K)
+    words = [f"mesh.cells=[{CELLS[0]},{CELLS[1]}]", "gas.viscosity=1", "gas.tau=inf", "output.times=[]"]
+    words += [f"initial.temperature={deck.initial.temperature}", f"wall.W={wall.W:.17g}", f"gas.K={gas.K:.17g}"]
+    flowing: Any = load(PROBLEMS / "fig4.toml", [*words, f"gas.L={gas.L:.17g}", f"time.end={deck.time.end:g}"])
+    start = initial_state(flowing)
+    state = State(gas, start.mesh, start.conserved)
+    series: dict[str, Any] = {key: [] for key in ("time", "wall_min", "wall_max", "amplitudes")}
+
+    def watch(run: Run) -> None:
+        n, mesh = run.state.density, run.state.mesh
+        for key, value in zip(series, (run.state.time, *wall_extremes(n, mesh), amplitudes(n, mesh)), strict=True):
+            series[key].append(value)
+
+    with contextlib.suppress(RunFailed):  # beyond freezing Enskog's theory has no steady state
+        march(Run(state, integrator_of(flowing, state), deck.time.end), [AtTimes(watch, (), deck.time.end / SAMPLES)])
+    return {key: np.array(values) for key, values in series.items()}
+
+
+def draw(results: dict[str, Any]) -> Figure:
+    """Wall densities, and the amplitudes of one and two half-waves, against time."""
+    figure = Figure(figsize=(9.0, 6.4), layout="constrained")
+    axes = figure.subplots(3, len(results), sharex="col", sharey="row")
+    for column, (name, (found, flows)) in enumerate(results.items()):
+        walls, *rows = axes[:, column]
+        walls.set_title(f"{found['summary']['grains']} grains, {name}", fontsize=10)
+        for key in ("wall_max", "wall_min"):
+            label = key == "wall_max"
+            walls.plot(found["time"], found[key], color=RED, linewidth=0.8, label="grains" if label else None)
+            for gas, series in flows.items():
+                colour, dash = COLOURS[gas]
+                walls.plot(series["time"], series[key], dash, color=colour, linewidth=1.1, label=gas if label else None)
+        for k, axis in enumerate(rows):
+            axis.plot(found["frame_time"], found["amplitudes"][:, k], color=RED, linewidth=0.8)
+            for gas, series in flows.items():
+                colour, dash = COLOURS[gas]
+                axis.plot(series["time"], series["amplitudes"][:, k], dash, color=colour, linewidth=1.1)
+            axis.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+        rows[-1].set_xlabel("$t\\,T_*^{1/2}/L_x$")
+        walls.set_yscale("log")
+    axes[0, 0].set_ylabel("largest and smallest\n$n(0,y)/n_c$")
+    axes[1, 0].set_ylabel("mean $\\cos(\\pi y/\\Delta)$")
+    axes[2, 0].set_ylabel("mean $\\cos(2\\pi y/\\Delta)$")
+    axes[0, -1].legend(fontsize=8, loc="center right")
+    return figure
+
+
+def rows(results: dict[str, Any]) -> list[list[Any]]:
+    """Wall densities of grains, averaged over windows, and of the flows, at the times of the decks."""
+    lines = []
+    for name, (found, flows) in results.items():
+        for shot in found["summary"]["snapshots"]:
+            line = [name, f"{shot['time']:g}"]
+            for key in ("wall_max", "wall_min"):
+                line.append(f"{shot[key]:.3f} ± {shot[key + '_error']:.3f}")
+                at = (np.interp(shot["time"], flow["time"], flow[key], right=math.nan) for flow in flows.values())
+                line += [f"{value:.3f}" if value > 0.0 else "none" for value in at]
+            lines.append(line)
+    return lines
+
+
+def boxes(results: dict[str, Any]) -> list[list[Any]]:
+    """What the runs of grains are."""
+    lines = []
+    for name, (found, _) in results.items():
+        deck: Any = load(PROBLEMS / f"{BOXES[name].deck}.toml", BOXES[name].overrides)
+        made, gas = found["summary"], matched(deck)
+        lines.append([
+            name, made["grains"], f"{made['diameter']:.3g}", f"{1.0 - made['restitution'] ** 2:.3g}",
+            f"{made['collisions']:.2e}", f"{gas.L:.3g}", f"{gas.K:.3g}",
+        ])  # fmt: skip
+    return lines
+
+
+PAGE = """# Fig. 4 by grains
+
+Printed by `python benchmarks/grains_fig4.py docs > docs/grains_fig4.md`, which runs `problems/grains_fig4.toml` and
+`problems/grains_matched.toml` (with larger grains: {changed}) in full: the box of Fig. 4, f = 0.0235, from two
+half-waves of 10%.
+"""
+
+FIGURE = """
+![Wall densities and amplitudes of cosines against time](grains_fig4.png)
+
+*Grains and two hydrodynamics from the same start, {nx} x {ny} cells, with the viscosity of kinetic theory, no rolling
+friction, and the wall that gives the same heat: "closures", those of the paper with the conduction and the densities
+that dilute grains have (the last two columns above); "Enskog", Enskog's theory without a fitted number.*
+
+![Density of the grains](grains_fig4_density.png)
+
+*Density of the matched grains, averaged over windows.*
+"""
+
+
+def main() -> None:
+    """Run what is missing, draw, print the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="for the pictures")
+    parser.add_argument("--output", type=Path, default=Path("output/grains_fig4"))
+    options = parser.parse_args()
+    results = {
+        name: (grains(options.output, name), {gas: flow(name, gas_of) for gas, gas_of in GASES.items()})
+        for name in BOXES
+    }
+    publish(draw(results), options.folder / "grains_fig4")
+    shutil.copy(
+        results["matched"][0]["folder"] / "pictures" / "density.png", options.folder / "grains_fig4_density.png"
+    )
+    print(PAGE.format(changed=", ".join(BOXES["matched"].overrides[:2])))
+    header = ["grains", "number", "d/L_x", "1-r^2", "collisions", "conduct and are dense like L =", "K ="]
+    print(table(header, boxes(results)))
+    print(FIGURE.format(nx=CELLS[0], ny=CELLS[1]))
+    names = [f"{kind}, {who}" for kind in ("largest n(0, y)", "smallest n(0, y)") for who in ("grains", *GASES)]
+    print(table(["grains", "t", *names], rows(results)))
+
+
+if __name__ == "__main__":
+    main()
