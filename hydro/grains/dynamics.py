@@ -13,16 +13,12 @@ from hydro.grains.events import (
     CLOCK,
     COUNTS,
     MOTION,
+    PROSPECT,
     SUMS,
-    TIME,
-    VX,
-    VY,
     Arena,
     Grains,
-    X,
-    Y,
 )
-from hydro.grains.queue import Queue, aligned
+from hydro.grains.queue import FINEST, aligned, calendar
 from hydro.grains.random import seeded
 
 EPOCH = 0.25  # times are counted from the last multiple of this: small numbers have fine digits
@@ -70,7 +66,7 @@ class Dynamics:
     def __init__(self, arena: Arena, wall: Any, positions: np.ndarray, velocities: np.ndarray, seed: int = 0):
         """positions, velocities: shape (N, 2), at time 0. Grains must not overlap; `smallest_gap` tells."""
         motion = np.zeros((len(positions), 5))
-        motion[:, X : Y + 1], motion[:, VX : VY + 1] = positions, velocities
+        motion[:, :2], motion[:, 2:4] = positions, velocities
         column = np.clip((positions[:, 0] / arena.width).astype(np.int32), 0, arena.columns - 1)
         row = np.clip((positions[:, 1] / arena.height).astype(np.int32), 0, arena.rows - 1)
         self.arena, self.wall, self.time = arena, wall, 0.0
@@ -82,23 +78,22 @@ class Dynamics:
         books = {"clock": np.zeros(CLOCK), "sums": np.zeros(SUMS), "counts": np.zeros(COUNTS, np.int64)}
         self._begin({**memory, **books, "epoch": np.zeros(1)})
 
-    def _begin(self, memory: dict[str, np.ndarray]) -> None:
+    def _begin(self, memory: dict[str, np.ndarray], pace=FINEST) -> None:
         """Arrange the grains by cell, so that neighbours are neighbours in memory, and foresee all."""
         cells = memory["cells"].astype(np.int32)
         number = len(cells)
-        self._order = np.argsort(cells[:, events.COLUMN] * self.arena.rows + cells[:, events.ROW], kind="stable")
-        motion = aligned((number, MOTION))
-        motion[:, : TIME + 1] = memory["motion"][self._order]
+        self._order = np.argsort(cells[:, 0] * self.arena.rows + cells[:, 1], kind="stable")
+        motion, prospects = aligned(number, MOTION), aligned(number, PROSPECT)
+        for name, column in zip(MOTION.names, memory["motion"].T):
+            motion[name] = column[self._order]
         self.grains = Grains(
-            motion, np.zeros(number, np.int32), np.zeros((number, 2), np.int32),
-            np.zeros((self.arena.columns, self.arena.rows), np.int32), np.zeros(number, np.int32),
-            np.zeros((number + 2, 3), np.int32), Queue.of(np.full(number, np.inf)),
+            motion, prospects, np.zeros(self.arena.columns * self.arena.rows, np.int32),
+            np.zeros((number + 2, 3), np.int32), calendar(prospects, pace),
             *(memory[name].copy() for name in ("clock", "random", "sums", "counts")),
         )  # fmt: skip
         self._epoch = int(memory["epoch"][0])
-        events.fill_cells(self.grains, cells[self._order])
+        events.fill_cells(self.grains, self.arena, cells[self._order])
         events.foresee_all(self.grains, self.arena, self.wall)
-
     def _own(self, rows: np.ndarray) -> np.ndarray:
         """What `grains` has of each grain, in the order in which they were given."""
         own = np.empty_like(rows)
@@ -108,8 +103,10 @@ class Dynamics:
     def memory(self) -> dict[str, np.ndarray]:
         """All that is needed to go on with the same bits, but for the count of stale events: all are foreseen anew."""
         grains = self.grains
+        motion = np.stack([grains.motion[name] for name in MOTION.names[:5]], axis=1)
+        cells = np.stack([grains.motion[name] for name in ("column", "row")], axis=1)
         return {
-            "motion": self._own(grains.motion[:, : TIME + 1]), "cells": self._own(grains.cells),
+            "motion": self._own(motion), "cells": self._own(cells),
             "epoch": np.array([self._epoch]), "clock": grains.clock.copy(), "random": grains.random.copy(),
             "sums": grains.sums.copy(), "counts": grains.counts.copy(), "time": np.array([self.time]),
         }  # fmt: skip
@@ -125,7 +122,7 @@ class Dynamics:
             self._run(EPOCH)
             events.count_time_from(self.grains, EPOCH, self.wall.period)
             self._epoch += 1
-            self._begin(self.memory())
+            self._begin(self.memory(), self.grains.queue.pace[0])
         self._run(until - self._epoch * EPOCH)
         self.time = until
 
@@ -146,14 +143,15 @@ class Dynamics:
     @property
     def velocities(self) -> np.ndarray:
         """Shape (N, 2)."""
-        return self._own(self.grains.motion[:, VX : VY + 1])
+        return self._own(np.stack([self.grains.motion["vx"], self.grains.motion["vy"]], axis=1))
 
     @property
     def positions(self) -> np.ndarray:
         """At the present time, shape (N, 2). Along a periodic direction they may lie just outside the box."""
         motion = self.grains.motion
-        flight = self.time - self._epoch * EPOCH - motion[:, TIME]
-        return self._own(motion[:, X : Y + 1] + motion[:, VX : VY + 1] * flight[:, None])
+        flight = self.time - self._epoch * EPOCH - motion["time"]
+        places = [motion["x"] + motion["vx"] * flight, motion["y"] + motion["vy"] * flight]
+        return self._own(np.stack(places, axis=1))
 
     @property
     def energy(self) -> float:

@@ -20,16 +20,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydro.grains.queue import ROOT, Queue, children, reschedule
+from hydro.grains.queue import NOBODY, Queue, begin, cancel, day_of, earliest_today, page_of, reckon, schedule
 from hydro.jit import fetch, inline, kernel
 
-X, Y, VX, VY, TIME, COLLISION, COUNT, SEEN, MOTION = range(9)  # columns of `motion`: its rows are lines of the cache
-COLUMN, ROW = range(2)  # columns of `cells`
+# Records of a line of the cache, and of half a line.
+MOTION = np.dtype({
+    "names": ["x", "y", "vx", "vy", "time", "count", "following", "column", "row"],
+    "formats": ["f8"] * 5 + ["i4"] * 4, "itemsize": 64,
+})  # fmt: skip
+PROSPECT = np.dtype([
+    ("event", "f8"), ("collision", "f8"), ("partner", "i4"), ("seen", "i4"), ("later", "i4"), ("unused", "i4"),
+])  # fmt: skip
 CANDIDATE, ACROSS_X, ACROSS_Y = range(3)  # columns of `candidates`
-NOBODY, LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4, -5  # partners that are no grains
+LEFT, RIGHT, BOTTOM, TOP = -2, -3, -4, -5  # partners that are no grains
 WALL_ENERGY, LOSS, VIRIAL, PUSH_LEFT, PUSH_RIGHT, SUMS = range(6)
 COLLISIONS, WALL_HITS, SOFT, STALE, CROSSINGS, COUNTS = range(6)
 NOW, ORIGIN, CLOCK = range(3)
+AHEAD = 12
 
 
 class Grains(NamedTuple):
@@ -46,10 +53,8 @@ class Grains(NamedTuple):
     """
 
     motion: np.ndarray
-    partners: np.ndarray
-    cells: np.ndarray
+    prospects: np.ndarray
     heads: np.ndarray
-    following: np.ndarray
     candidates: np.ndarray
     queue: Queue
     clock: np.ndarray
@@ -76,15 +81,15 @@ class Arena(NamedTuple):
 @inline(exact=True)
 def place(motion, i, time):
     """Where grain i is at a time, if nothing happens to it."""
-    flight = time - motion[i, TIME]
-    return motion[i, X] + motion[i, VX] * flight, motion[i, Y] + motion[i, VY] * flight
+    flight = time - motion[i].time
+    return motion[i].x + motion[i].vx * flight, motion[i].y + motion[i].vy * flight
 
 
 @inline(exact=True)
 def meeting(motion, i, j, shift_x, shift_y, diameter):
     """When grains i and j touch, with j displaced by the shifts; infinite if never."""
-    reference = max(motion[i, TIME], motion[j, TIME])
-    u, v = motion[j, VX] - motion[i, VX], motion[j, VY] - motion[i, VY]
+    reference = max(motion[i].time, motion[j].time)
+    u, v = motion[j].vx - motion[i].vx, motion[j].vy - motion[i].vy
     x_i, y_i = place(motion, i, reference)
     x_j, y_j = place(motion, j, reference)
     x, y = x_j - x_i + shift_x, y_j - y_i + shift_y
@@ -107,21 +112,21 @@ def gather(grains, arena, first_column, last_column, first_row, last_row):
 
     Without branches: what is written behind the last candidate is written over.
     """
-    heads, following, candidates = grains.heads, grains.following, grains.candidates
+    heads, motion, candidates = grains.heads, grains.motion, grains.candidates
     found = 0
     for column in range(first_column, last_column + 1):
         across_x = around(column, arena.columns)
-        in_column = heads[column - across_x * arena.columns]
+        in_column = (column - across_x * arena.columns) * arena.rows
         for row in range(first_row, last_row + 1):
             across_y = around(row, arena.rows)
-            first = in_column[row - across_y * arena.rows]
+            first = heads[in_column + row - across_y * arena.rows]
             candidates[found, CANDIDATE] = first
             candidates[found, ACROSS_X] = across_x
             candidates[found, ACROSS_Y] = across_y
             found += first >= 0
     k = 0
     while k < found:
-        after = following[candidates[k, CANDIDATE]]
+        after = motion[candidates[k, CANDIDATE]].following
         candidates[found, CANDIDATE] = after
         candidates[found, ACROSS_X] = candidates[k, ACROSS_X]
         candidates[found, ACROSS_Y] = candidates[k, ACROSS_Y]
@@ -137,7 +142,7 @@ def look_into(grains, arena, i, first_column, last_column, first_row, last_row):
     A grain never meets itself, for it does not come closer.
     """
     motion, candidates = grains.motion, grains.candidates
-    earliest, partner = motion[i, COLLISION], np.int64(NOBODY)
+    earliest, partner = grains.prospects[i].collision, np.int64(NOBODY)
     for k in range(gather(grains, arena, first_column, last_column, first_row, last_row)):
         j = np.int64(candidates[k, CANDIDATE])
         shift_x, shift_y = candidates[k, ACROSS_X] * 1.0, candidates[k, ACROSS_Y] * arena.length_y
@@ -145,9 +150,9 @@ def look_into(grains, arena, i, first_column, last_column, first_row, last_row):
         partner = j if at < earliest else partner
         earliest = min(at, earliest)
     if partner >= 0:
-        motion[i, COLLISION] = earliest
-        motion[i, SEEN] = motion[partner, COUNT]
-        grains.partners[i] = partner
+        grains.prospects[i].collision = earliest
+        grains.prospects[i].seen = motion[partner].count
+        grains.prospects[i].partner = partner
 
 
 @inline(exact=True)
@@ -173,27 +178,27 @@ def come_near(cell, cells, periodic, step):
 def look_at_walls(grains, arena, wall, i):
     """Take note of the wall that grain i meets, if that is earlier than what is known."""
     motion = grains.motion
-    column, row = grains.cells[i, COLUMN], grains.cells[i, ROW]
-    start = motion[i, TIME]
+    column, row = grains.motion[i].column, grains.motion[i].row
+    start = motion[i].time
     if not arena.periodic_x:
-        if column == 0 and motion[i, VX] < 0.0:
-            note_wall(grains, i, start + max(-motion[i, X] / motion[i, VX], 0.0), LEFT)
+        if column == 0 and motion[i].vx < 0.0:
+            note_wall(grains, i, start + max(-motion[i].x / motion[i].vx, 0.0), LEFT)
         if column == arena.columns - 1:
-            after = wall.meeting(motion[i, X], motion[i, VX], start + grains.clock[ORIGIN])
+            after = wall.meeting(motion[i].x, motion[i].vx, start + grains.clock[ORIGIN])
             note_wall(grains, i, start + after, RIGHT)
     if not arena.periodic_y:
-        if row == 0 and motion[i, VY] < 0.0:
-            note_wall(grains, i, start + max(-motion[i, Y] / motion[i, VY], 0.0), BOTTOM)
-        if row == arena.rows - 1 and motion[i, VY] > 0.0:
-            note_wall(grains, i, start + max((arena.length_y - motion[i, Y]) / motion[i, VY], 0.0), TOP)
+        if row == 0 and motion[i].vy < 0.0:
+            note_wall(grains, i, start + max(-motion[i].y / motion[i].vy, 0.0), BOTTOM)
+        if row == arena.rows - 1 and motion[i].vy > 0.0:
+            note_wall(grains, i, start + max((arena.length_y - motion[i].y) / motion[i].vy, 0.0), TOP)
 
 
 @inline(exact=True)
 def note_wall(grains, i, time, side):
     """Take note of a wall that grain i meets, if that is earlier than what is known."""
-    if time < grains.motion[i, COLLISION]:
-        grains.motion[i, COLLISION] = time
-        grains.partners[i] = side
+    if time < grains.prospects[i].collision:
+        grains.prospects[i].collision = time
+        grains.prospects[i].partner = side
 
 
 @inline(exact=True)
@@ -209,11 +214,11 @@ def exit_along(x, v, cell, cells, size, periodic):
 @inline(exact=True)
 def exit_of(grains, arena, i):
     """How long it takes grain i to leave its cell, counted from its own time, and by how many columns and rows."""
-    motion, cells = grains.motion, grains.cells
+    motion = grains.motion
     in_x, step_x = exit_along(
-        motion[i, X], motion[i, VX], cells[i, COLUMN], arena.columns, arena.width, arena.periodic_x
+        motion[i].x, motion[i].vx, motion[i].column, arena.columns, arena.width, arena.periodic_x
     )
-    in_y, step_y = exit_along(motion[i, Y], motion[i, VY], cells[i, ROW], arena.rows, arena.height, arena.periodic_y)
+    in_y, step_y = exit_along(motion[i].y, motion[i].vy, motion[i].row, arena.rows, arena.height, arena.periodic_y)
     if in_x < in_y:
         return in_x, step_x, 0
     return in_y, 0, step_y
@@ -225,20 +230,20 @@ def look_out(grains, arena, wall, i, step_x, step_y):
 
     After a step into its cell, by so many columns and rows, it looks only into those that have come near.
     """
-    motion, cells = grains.motion, grains.cells
-    first_column, last_column = come_near(cells[i, COLUMN], arena.columns, arena.periodic_x, step_x)
-    first_row, last_row = come_near(cells[i, ROW], arena.rows, arena.periodic_y, step_y)
+    motion = grains.motion
+    first_column, last_column = come_near(motion[i].column, arena.columns, arena.periodic_x, step_x)
+    first_row, last_row = come_near(motion[i].row, arena.rows, arena.periodic_y, step_y)
     look_into(grains, arena, i, first_column, last_column, first_row, last_row)
     look_at_walls(grains, arena, wall, i)
-    leaving = motion[i, TIME] + exit_of(grains, arena, i)[0]
-    reschedule(grains.queue, i, min(motion[i, COLLISION], leaving))
+    leaving = motion[i].time + exit_of(grains, arena, i)[0]
+    return min(grains.prospects[i].collision, leaving)
 
 
 @inline(exact=True)
 def forget(grains, i):
     """Nothing is known of what comes for grain i."""
-    grains.motion[i, COLLISION] = math.inf
-    grains.partners[i] = NOBODY
+    grains.prospects[i].collision = math.inf
+    grains.prospects[i].partner = NOBODY
 
 
 @inline(exact=True)
@@ -247,48 +252,50 @@ def change_cell(grains, arena, i):
 
     One that leaves a periodic box and enters it anew has other digits, so what was foreseen of it is stale.
     """
-    motion, cells = grains.motion, grains.cells
+    motion = grains.motion
     _, step_x, step_y = exit_of(grains, arena, i)
-    column, row = cells[i, COLUMN] + step_x, cells[i, ROW] + step_y
+    column, row = motion[i].column + step_x, motion[i].row + step_y
     across_x, across_y = around(column, arena.columns), around(row, arena.rows)
-    leave_cell(grains, i)
-    enter_cell(grains, i, column - across_x * arena.columns, row - across_y * arena.rows)
+    leave_cell(grains, arena, i)
+    enter_cell(grains, arena, i, column - across_x * arena.columns, row - across_y * arena.rows)
     if across_x == 0 and across_y == 0:
         return step_x, step_y
-    motion[i, X] -= across_x * 1.0
-    motion[i, Y] -= across_y * arena.length_y
-    motion[i, COUNT] += 1.0
+    motion[i].x -= across_x * 1.0
+    motion[i].y -= across_y * arena.length_y
+    motion[i].count += 1
     forget(grains, i)
     return 0, 0
 
 
 @inline(exact=True)
-def leave_cell(grains, i):
+def leave_cell(grains, arena, i):
     """Take grain i out of the list of its cell."""
-    heads, following = grains.heads, grains.following
-    column, row = grains.cells[i, COLUMN], grains.cells[i, ROW]
-    before = heads[column, row]
+    heads, motion = grains.heads, grains.motion
+    cell = motion[i].column * arena.rows + motion[i].row
+    before = np.int64(heads[cell])
     if before == i:
-        heads[column, row] = following[i]
+        heads[cell] = motion[i].following
         return
-    while following[before] != i:
-        before = following[before]
-    following[before] = following[i]
+    while motion[before].following != i:
+        before = np.int64(motion[before].following)
+    motion[before].following = motion[i].following
 
 
 @inline(exact=True)
-def enter_cell(grains, i, column, row):
+def enter_cell(grains, arena, i, column, row):
     """Put grain i at the head of the list of a cell."""
-    grains.cells[i, COLUMN], grains.cells[i, ROW] = column, row
-    grains.following[i] = grains.heads[column, row]
-    grains.heads[column, row] = i
+    heads, motion = grains.heads, grains.motion
+    cell = column * arena.rows + row
+    motion[i].column, motion[i].row = column, row
+    motion[i].following = heads[cell]
+    heads[cell] = i
 
 
 @inline(exact=True)
 def fly(motion, i, time):
     """Bring grain i to a time."""
-    motion[i, X], motion[i, Y] = place(motion, i, time)
-    motion[i, TIME] = time
+    motion[i].x, motion[i].y = place(motion, i, time)
+    motion[i].time = time
 
 
 @inline(exact=True)
@@ -305,22 +312,22 @@ def collide(grains, arena, i, j, time):
     1998).
     """
     motion = grains.motion
-    soft = time - max(motion[i, TIME], motion[j, TIME]) < arena.contact_time
+    soft = time - max(motion[i].time, motion[j].time) < arena.contact_time
     restitution = 1.0 if soft else arena.restitution
     fly(motion, i, time)
     fly(motion, j, time)
-    x = nearest_image(motion[j, X] - motion[i, X], 1.0, arena.periodic_x)
-    y = nearest_image(motion[j, Y] - motion[i, Y], arena.length_y, arena.periodic_y)
+    x = nearest_image(motion[j].x - motion[i].x, 1.0, arena.periodic_x)
+    y = nearest_image(motion[j].y - motion[i].y, arena.length_y, arena.periodic_y)
     distance = math.sqrt(x * x + y * y)
     x, y = x / distance, y / distance
-    closing = -((motion[j, VX] - motion[i, VX]) * x + (motion[j, VY] - motion[i, VY]) * y)
+    closing = -((motion[j].vx - motion[i].vx) * x + (motion[j].vy - motion[i].vy) * y)
     impulse = 0.5 * (1.0 + restitution) * closing
-    motion[i, VX] -= impulse * x
-    motion[i, VY] -= impulse * y
-    motion[j, VX] += impulse * x
-    motion[j, VY] += impulse * y
-    motion[i, COUNT] += 1.0
-    motion[j, COUNT] += 1.0
+    motion[i].vx -= impulse * x
+    motion[i].vy -= impulse * y
+    motion[j].vx += impulse * x
+    motion[j].vy += impulse * y
+    motion[i].count += 1
+    motion[j].count += 1
     grains.sums[LOSS] += 0.25 * (1.0 - restitution * restitution) * closing * closing
     grains.sums[VIRIAL] += impulse * distance
     grains.counts[COLLISIONS] += 1
@@ -333,50 +340,85 @@ def reflect(grains, wall, i, side, time):
     motion, sums = grains.motion, grains.sums
     fly(motion, i, time)
     if side == RIGHT:
-        before, across = motion[i, VX], motion[i, VY]
-        motion[i, VX], motion[i, VY] = wall.rebound(before, across, time + grains.clock[ORIGIN], grains.random)
-        sums[PUSH_RIGHT] += before - motion[i, VX]
-        sums[WALL_ENERGY] += 0.5 * (motion[i, VX] ** 2 - before**2 + (motion[i, VY] ** 2 - across**2))
+        before, across = motion[i].vx, motion[i].vy
+        motion[i].vx, motion[i].vy = wall.rebound(before, across, time + grains.clock[ORIGIN], grains.random)
+        sums[PUSH_RIGHT] += before - motion[i].vx
+        sums[WALL_ENERGY] += 0.5 * (motion[i].vx ** 2 - before**2 + (motion[i].vy ** 2 - across**2))
         grains.counts[WALL_HITS] += 1
     elif side == LEFT:
-        sums[PUSH_LEFT] -= 2.0 * motion[i, VX]
-        motion[i, VX] = -motion[i, VX]
+        sums[PUSH_LEFT] -= 2.0 * motion[i].vx
+        motion[i].vx = -motion[i].vx
     else:
-        motion[i, VY] = -motion[i, VY]
-    motion[i, COUNT] += 1.0
+        motion[i].vy = -motion[i].vy
+    motion[i].count += 1
 
 
 @inline(exact=True)
-def fetch_next(grains):
-    """Have what is known of the grains brought near that stand right behind the first: one of them is likely next."""
-    queue, first = grains.queue, children(ROOT)
-    for place in range(first, first + 4):
-        i = queue.grains[place]
-        fetch(grains.motion, i)
-        fetch(grains.cells, i)
-        fetch(grains.partners, i)
-        fetch(queue.places, i)
+def fetch_grain(grains, i):
+    fetch(grains.motion, i)
+    fetch(grains.prospects, i)
+
+
+@inline(exact=True)
+def first_on(queue, day):
+    return np.int64(queue.days[page_of(queue, day)])
+
+
+@inline(exact=True)
+def look_ahead(grains, arena):
+    """Have what the events of coming days need brought near."""
+    queue, motion, heads = grains.queue, grains.motion, grains.heads
+    today = queue.today[0]
+    i = first_on(queue, today + 3 * AHEAD)
+    if i >= 0:
+        fetch_grain(grains, i)
+    i = first_on(queue, today + 2 * AHEAD)
+    if i >= 0:
+        fetch_grain(grains, max(np.int64(grains.prospects[i].partner), 0))
+        fetch_grain(grains, max(np.int64(grains.prospects[i].later), 0))
+        cell = motion[i].column * arena.rows + motion[i].row
+        for c in range(cell - arena.rows, cell + arena.rows + 1, arena.rows):
+            fetch(heads, min(max(c, 0), heads.size - 1))
+    i = first_on(queue, today + AHEAD)
+    if i >= 0:
+        cell = motion[i].column * arena.rows + motion[i].row
+        for c in range(cell - arena.rows, cell + arena.rows + 1, arena.rows):
+            for d in range(c - 1, c + 2):
+                j = np.int64(heads[min(max(d, 0), heads.size - 1)])
+                fetch(motion, max(j, 0))
 
 
 @kernel(exact=True)
 def run(grains, arena, wall, until, budget):
     """All events up to a time, or as many as the budget allows; returns how many there were."""
-    motion, queue = grains.motion, grains.queue
+    motion, prospects, queue = grains.motion, grains.prospects, grains.queue
     events = 0
-    while queue.times[ROOT] <= until and events < budget:
+    while events < budget:
+        reckon(queue, grains.clock[NOW])
+        i = earliest_today(queue)
+        if i < 0:
+            if queue.today[0] >= day_of(queue, until):
+                break
+            queue.today[0] += 1
+            look_ahead(grains, arena)
+            continue
+        time = prospects[i].event
+        if time > until:
+            break
         events += 1
-        i, time = np.int64(queue.grains[ROOT]), queue.times[ROOT]
+        queue.since[0] += 1
         grains.clock[NOW] = time
-        fetch_next(grains)
+        cancel(queue, i)
         step_x, step_y, looking = 0, 0, i
-        if time < motion[i, COLLISION]:
+        if time < prospects[i].collision:
             grains.counts[CROSSINGS] += 1
             step_x, step_y = change_cell(grains, arena, i)
         else:
-            partner = np.int64(grains.partners[i])
+            partner = np.int64(prospects[i].partner)
             if partner < 0:
                 reflect(grains, wall, i, partner, time)
-            elif motion[i, SEEN] == motion[partner, COUNT]:
+            elif prospects[i].seen == motion[partner].count:
+                cancel(queue, partner)
                 collide(grains, arena, i, partner, time)
                 forget(grains, partner)
                 looking = partner
@@ -384,7 +426,7 @@ def run(grains, arena, wall, until, budget):
                 grains.counts[STALE] += 1
             forget(grains, i)
         while True:
-            look_out(grains, arena, wall, looking, step_x, step_y)
+            schedule(queue, looking, look_out(grains, arena, wall, looking, step_x, step_y))
             if looking == i:
                 break
             looking = i
@@ -392,11 +434,11 @@ def run(grains, arena, wall, until, budget):
 
 
 @kernel(exact=True)
-def fill_cells(grains, cells):
+def fill_cells(grains, arena, cells):
     """Put every grain into its cell, given by column and row, shape (N, 2)."""
     grains.heads[:] = NOBODY
     for i in range(len(cells)):
-        enter_cell(grains, i, cells[i, COLUMN], cells[i, ROW])
+        enter_cell(grains, arena, i, cells[i, 0], cells[i, 1])
 
 
 @kernel(exact=True)
@@ -404,14 +446,15 @@ def foresee_all(grains, arena, wall):
     """The next event of every grain."""
     for i in range(grains.motion.shape[0]):
         forget(grains, i)
-        look_out(grains, arena, wall, i, 0, 0)
+        grains.prospects[i].event = look_out(grains, arena, wall, i, 0, 0)
+    begin(grains.queue, grains.clock[NOW])
 
 
 @kernel(exact=True)
 def count_time_from(grains, shift, period):
     """Take `shift` as the new zero of all times. What was foreseen is void."""
     for i in range(grains.motion.shape[0]):
-        grains.motion[i, TIME] -= shift
+        grains.motion[i].time -= shift
     grains.clock[NOW] -= shift
     grains.clock[ORIGIN] = (grains.clock[ORIGIN] + shift) % period
 
@@ -419,12 +462,12 @@ def count_time_from(grains, shift, period):
 @kernel(exact=True)
 def smallest_gap(grains, arena, time):
     """The smallest distance between centres of grains at a time, over the diameter, less one; among neighbours."""
-    motion, cells = grains.motion, grains.cells
+    motion = grains.motion
     smallest = math.inf
     for i in range(motion.shape[0]):
         x_i, y_i = place(motion, i, time)
-        first_column, last_column = near(cells[i, COLUMN], arena.columns, arena.periodic_x)
-        first_row, last_row = near(cells[i, ROW], arena.rows, arena.periodic_y)
+        first_column, last_column = near(motion[i].column, arena.columns, arena.periodic_x)
+        first_row, last_row = near(motion[i].row, arena.rows, arena.periodic_y)
         for k in range(gather(grains, arena, first_column, last_column, first_row, last_row)):
             j = grains.candidates[k, CANDIDATE]
             if j < i:

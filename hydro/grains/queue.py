@@ -1,81 +1,122 @@
-"""The queue of events: one per grain, the earliest on top, in a heap that knows where each grain stands."""
+"""The queue of events: one per grain, in a calendar whose days hold few of them.
+
+Brown, Commun. ACM 31, 1220 (1988); Paul, J. Comput. Phys. 221, 615 (2007).
+"""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from hydro.jit import inline
 
-ROOT = 3  # place of the earliest: the children of any then begin at a multiple of four and share lines of the cache
-LINE = 64  # bytes in a line of the cache
+NOBODY = -1
+DAYS_PER_GRAIN = 2  # in a year, at least
+EVENTS_PER_DAY = 0.5
+FINEST = 2.0**60
+EVENTS, DAY = range(2)
+NEVER = 2.0**62  # a day that does not come
 
 
 class Queue(NamedTuple):
-    """A heap: children of place k are at 4k-8 to 4k-5, and none is earlier than its parent.
+    """A calendar. What has a place in it, an array of records, has two fields: `event`, its time, and `later`.
 
-    times, grains (N + 7,): by place, infinite behind the last grain. places (N,): by grain.
+    days (a power of two,): first grain of each day of a year; `later` is the next of the same day. What comes only in
+    years to come is passed over until then. today (1,): the present day, counted through all years. pace: days in a
+    unit of time.
     """
 
-    times: np.ndarray
-    grains: np.ndarray
-    places: np.ndarray
-
-    @classmethod
-    def of(cls, times: np.ndarray) -> Queue:
-        """With a time for each grain."""
-        order = np.argsort(times, kind="stable")
-        places = slice(ROOT, ROOT + order.size)
-        queue = cls(aligned(order.size + 7), aligned(order.size + 7, np.int32), np.empty(order.size, np.int32))
-        queue.times[:] = np.inf
-        queue.times[places], queue.grains[places] = times[order], order
-        queue.places[order] = np.arange(places.start, places.stop)
-        return queue
+    entries: np.ndarray
+    days: np.ndarray
+    today: np.ndarray
+    pace: np.ndarray
+    since: np.ndarray
 
 
-def aligned(shape: int | tuple[int, ...], kind: type = np.float64) -> np.ndarray:
+@inline(exact=True)
+def day_of(queue, time):
+    """The day on which a time lies."""
+    return np.int64(min(time * queue.pace[0], NEVER))
+
+
+@inline(exact=True)
+def page_of(queue, day):
+    """Where the calendar keeps a day. What should have been is kept today."""
+    return max(day, queue.today[0]) & (queue.days.size - 1)
+
+
+@inline(exact=True)
+def earliest_today(queue):
+    """The grain with the earliest event of today; NOBODY if there is none."""
+    entries, today = queue.entries, queue.today[0]
+    earliest, time = np.int64(NOBODY), math.inf
+    i = np.int64(queue.days[page_of(queue, today)])
+    while i >= 0:
+        at = entries[i].event
+        if at < time and day_of(queue, at) <= today:
+            earliest, time = i, at
+        i = np.int64(entries[i].later)
+    return earliest
+
+
+@inline(exact=True)
+def schedule(queue, i, time):
+    """Enter the event of a grain that has none."""
+    entries = queue.entries
+    page = page_of(queue, day_of(queue, time))
+    entries[i].event = time
+    entries[i].later = queue.days[page]
+    queue.days[page] = i
+
+
+@inline(exact=True)
+def cancel(queue, i):
+    """Take the event of a grain out."""
+    entries = queue.entries
+    page = page_of(queue, day_of(queue, entries[i].event))
+    before = np.int64(queue.days[page])
+    if before == i:
+        queue.days[page] = entries[i].later
+        return
+    while entries[before].later != i:
+        before = np.int64(entries[before].later)
+    entries[before].later = entries[i].later
+
+
+@inline(exact=True)
+def begin(queue, now):
+    """Enter all events."""
+    queue.days[:] = NOBODY
+    queue.today[0] = day_of(queue, now)
+    queue.since[EVENTS], queue.since[DAY] = 0, queue.today[0]
+    for i in range(queue.entries.size):
+        schedule(queue, i, queue.entries[i].event)
+
+
+@inline(exact=True)
+def reckon(queue, now):
+    """After as many events as there are grains, or a year, give days another length if they held too many or too few."""
+    today, since, pace = queue.today, queue.since, queue.pace
+    if since[EVENTS] < queue.entries.size and today[0] < since[DAY] + queue.days.size:
+        return
+    change = (since[EVENTS] + 1) / (today[0] - since[DAY] + 1) / EVENTS_PER_DAY
+    if not 0.5 < change < 2.0:
+        pace[0] = min(pace[0] * change, FINEST)
+        begin(queue, now)
+    since[EVENTS], since[DAY] = 0, today[0]
+
+
+def calendar(entries: np.ndarray, pace: float) -> Queue:
+    """Without events."""
+    days = 1 << (DAYS_PER_GRAIN * len(entries) - 1).bit_length()
+    return Queue(entries, np.full(days, NOBODY, np.int32), np.zeros(1, np.int64), np.array([pace]), np.zeros(2, np.int64))
+
+
+def aligned(number: int, kind: np.dtype) -> np.ndarray:
     """Zeros that begin with a line of the cache."""
-    size = int(np.prod(shape)) * np.dtype(kind).itemsize
-    room = np.empty(size + LINE, np.uint8)
-    start = -room.ctypes.data % LINE
-    room.fill(0)
-    return room[start : start + size].view(kind).reshape(shape)
-
-
-@inline(exact=True)
-def children(place):
-    """The first of the four places below one."""
-    return 4 * place - 8
-
-
-@inline(exact=True)
-def reschedule(queue, grain, time):
-    """Give a grain a new time."""
-    times, end = queue.times, queue.places.size + ROOT
-    place = np.int64(queue.places[grain])
-    while place > ROOT:
-        parent = (place >> 2) + 2
-        if times[parent] <= time:
-            break
-        _put(queue, place, queue.grains[parent], times[parent])
-        place = parent
-    while True:
-        first = children(place)
-        if first >= end:
-            break
-        left = first + (times[first + 1] < times[first])
-        right = first + 2 + (times[first + 3] < times[first + 2])
-        child = right if times[right] < times[left] else left
-        if times[child] >= time:
-            break
-        _put(queue, place, queue.grains[child], times[child])
-        place = child
-    _put(queue, place, grain, time)
-
-
-@inline(exact=True)
-def _put(queue, place, grain, time):
-    queue.times[place] = time
-    queue.grains[place] = grain
-    queue.places[grain] = place
+    line = 64
+    room = np.zeros(number * kind.itemsize + line, np.uint8)
+    start = -room.ctypes.data % line
+    return room[start : start + number * kind.itemsize].view(kind)
