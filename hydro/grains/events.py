@@ -29,14 +29,14 @@ MOTION = np.dtype({
     "formats": ["f8"] * 5 + ["i4"] * 4, "itemsize": 64,
 })  # fmt: skip
 PROSPECT = np.dtype([
-    ("event", "f8"), ("collision", "f8"), ("partner", "i4"), ("seen", "i4"), ("later", "i4"), ("unused", "i4"),
+    ("event", "f8"), ("collision", "f8"), ("partner", "i4"), ("seen", "i4"), ("later", "i4"), ("step_x", "i2"), ("step_y", "i2"),
 ])  # fmt: skip
 CANDIDATE, ACROSS_X, ACROSS_Y = range(3)  # columns of `candidates`
 LEFT, RIGHT, BOTTOM, TOP = -2, -3, -4, -5  # partners that are no grains
 WALL_ENERGY, LOSS, VIRIAL, PUSH_LEFT, PUSH_RIGHT, SUMS = range(6)
 COLLISIONS, WALL_HITS, SOFT, STALE, CROSSINGS, COUNTS = range(6)
 NOW, ORIGIN, CLOCK = range(3)
-AHEAD = 12
+AHEAD = 6
 
 
 class Grains(NamedTuple):
@@ -167,11 +167,19 @@ def near(cell, cells, periodic):
 def come_near(cell, cells, periodic, step):
     """Of the cells around one, along one direction, first and last of those that a step into it has brought near."""
     first, last = near(cell, cells, periodic)
-    if step > 0:
-        return cell + 1, last
-    if step < 0:
-        return first, cell - 1
-    return first, last
+    return (cell + 1 if step > 0 else first), (cell - 1 if step < 0 else last)
+
+
+@inline(exact=True)
+def news(grains, arena, i, column, row):
+    """The cells into which grain i looks from its cell, after the step that brought it there if it made one.
+
+    First and last column, first and last row.
+    """
+    step_x, step_y = grains.prospects[i].step_x, grains.prospects[i].step_y
+    first_column, last_column = come_near(column, arena.columns, arena.periodic_x, step_x)
+    first_row, last_row = come_near(row, arena.rows, arena.periodic_y, step_y)
+    return first_column, last_column, first_row, last_row
 
 
 @inline(exact=True)
@@ -225,46 +233,46 @@ def exit_of(grains, arena, i):
 
 
 @inline(exact=True)
-def look_out(grains, arena, wall, i, step_x, step_y):
-    """The next event of grain i: what is known already, or what comes from cells around, from walls or borders.
+def look_out(grains, arena, wall, i):
+    """The time of the next event of grain i: what is known already, or what comes from cells around, walls or borders.
 
-    After a step into its cell, by so many columns and rows, it looks only into those that have come near.
+    After a step into its cell it looks only into those that have come near.
     """
-    motion = grains.motion
-    first_column, last_column = come_near(motion[i].column, arena.columns, arena.periodic_x, step_x)
-    first_row, last_row = come_near(motion[i].row, arena.rows, arena.periodic_y, step_y)
+    motion, prospects = grains.motion, grains.prospects
+    first_column, last_column, first_row, last_row = news(grains, arena, i, motion[i].column, motion[i].row)
     look_into(grains, arena, i, first_column, last_column, first_row, last_row)
     look_at_walls(grains, arena, wall, i)
-    leaving = motion[i].time + exit_of(grains, arena, i)[0]
-    return min(grains.prospects[i].collision, leaving)
+    after, step_x, step_y = exit_of(grains, arena, i)
+    leaving, collision = motion[i].time + after, prospects[i].collision
+    leaves = leaving < collision
+    prospects[i].step_x, prospects[i].step_y = step_x * leaves, step_y * leaves
+    return min(collision, leaving)
 
 
 @inline(exact=True)
 def forget(grains, i):
     """Nothing is known of what comes for grain i."""
-    grains.prospects[i].collision = math.inf
-    grains.prospects[i].partner = NOBODY
+    prospects = grains.prospects
+    prospects[i].collision, prospects[i].partner = math.inf, NOBODY
+    prospects[i].step_x, prospects[i].step_y = 0, 0
 
 
 @inline(exact=True)
 def change_cell(grains, arena, i):
-    """Grain i enters the next cell; returns by how many columns and rows it steps, as one that looks out wants to know.
+    """Grain i enters the next cell.
 
     One that leaves a periodic box and enters it anew has other digits, so what was foreseen of it is stale.
     """
-    motion = grains.motion
-    _, step_x, step_y = exit_of(grains, arena, i)
-    column, row = motion[i].column + step_x, motion[i].row + step_y
+    motion, prospects = grains.motion, grains.prospects
+    column, row = motion[i].column + prospects[i].step_x, motion[i].row + prospects[i].step_y
     across_x, across_y = around(column, arena.columns), around(row, arena.rows)
     leave_cell(grains, arena, i)
     enter_cell(grains, arena, i, column - across_x * arena.columns, row - across_y * arena.rows)
-    if across_x == 0 and across_y == 0:
-        return step_x, step_y
-    motion[i].x -= across_x * 1.0
-    motion[i].y -= across_y * arena.length_y
-    motion[i].count += 1
-    forget(grains, i)
-    return 0, 0
+    if across_x != 0 or across_y != 0:
+        motion[i].x -= across_x * 1.0
+        motion[i].y -= across_y * arena.length_y
+        motion[i].count += 1
+        forget(grains, i)
 
 
 @inline(exact=True)
@@ -367,25 +375,33 @@ def first_on(queue, day):
 @inline(exact=True)
 def look_ahead(grains, arena):
     """Have what the events of coming days need brought near."""
-    queue, motion, heads = grains.queue, grains.motion, grains.heads
+    queue, motion, prospects, heads = grains.queue, grains.motion, grains.prospects, grains.heads
     today = queue.today[0]
-    i = first_on(queue, today + 3 * AHEAD)
+    i = first_on(queue, today + 4 * AHEAD)
     if i >= 0:
         fetch_grain(grains, i)
+    i = first_on(queue, today + 3 * AHEAD)
+    if i >= 0:
+        fetch_grain(grains, max(np.int64(prospects[i].later), 0))
     i = first_on(queue, today + 2 * AHEAD)
-    if i >= 0:
-        fetch_grain(grains, max(np.int64(grains.prospects[i].partner), 0))
-        fetch_grain(grains, max(np.int64(grains.prospects[i].later), 0))
-        cell = motion[i].column * arena.rows + motion[i].row
-        for c in range(cell - arena.rows, cell + arena.rows + 1, arena.rows):
-            fetch(heads, min(max(c, 0), heads.size - 1))
+    while i >= 0:
+        fetch_grain(grains, max(np.int64(prospects[i].partner), 0))
+        column, row = motion[i].column + prospects[i].step_x, motion[i].row + prospects[i].step_y
+        first_column, last_column, first_row, last_row = news(grains, arena, i, column, row)
+        for column in range(first_column, last_column + 1):
+            fetch(heads, min(max(column * arena.rows + first_row, 0), heads.size - 1))
+        i = np.int64(prospects[i].later)
     i = first_on(queue, today + AHEAD)
-    if i >= 0:
-        cell = motion[i].column * arena.rows + motion[i].row
-        for c in range(cell - arena.rows, cell + arena.rows + 1, arena.rows):
-            for d in range(c - 1, c + 2):
-                j = np.int64(heads[min(max(d, 0), heads.size - 1)])
-                fetch(motion, max(j, 0))
+    while i >= 0:
+        partner = max(np.int64(prospects[i].partner), 0)
+        fetch(queue.days, page_of(queue, day_of(queue, prospects[partner].event)))
+        column, row = motion[i].column + prospects[i].step_x, motion[i].row + prospects[i].step_y
+        first_column, last_column, first_row, last_row = news(grains, arena, i, column, row)
+        for column in range(first_column, last_column + 1):
+            for row in range(first_row, last_row + 1):
+                cell = min(max(column * arena.rows + row, 0), heads.size - 1)
+                fetch(motion, max(np.int64(heads[cell]), 0))
+        i = np.int64(prospects[i].later)
 
 
 @kernel(exact=True)
@@ -409,10 +425,10 @@ def run(grains, arena, wall, until, budget):
         queue.since[0] += 1
         grains.clock[NOW] = time
         cancel(queue, i)
-        step_x, step_y, looking = 0, 0, i
+        looking = i
         if time < prospects[i].collision:
             grains.counts[CROSSINGS] += 1
-            step_x, step_y = change_cell(grains, arena, i)
+            change_cell(grains, arena, i)
         else:
             partner = np.int64(prospects[i].partner)
             if partner < 0:
@@ -426,7 +442,7 @@ def run(grains, arena, wall, until, budget):
                 grains.counts[STALE] += 1
             forget(grains, i)
         while True:
-            schedule(queue, looking, look_out(grains, arena, wall, looking, step_x, step_y))
+            schedule(queue, looking, look_out(grains, arena, wall, looking))
             if looking == i:
                 break
             looking = i
@@ -446,7 +462,7 @@ def foresee_all(grains, arena, wall):
     """The next event of every grain."""
     for i in range(grains.motion.shape[0]):
         forget(grains, i)
-        grains.prospects[i].event = look_out(grains, arena, wall, i, 0, 0)
+        grains.prospects[i].event = look_out(grains, arena, wall, i)
     begin(grains.queue, grains.clock[NOW])
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from hydro.jit import inline
 
 NOBODY = -1
-DAYS_PER_GRAIN = 2  # in a year, at least
+DAYS_PER_GRAIN = 4  # in a year, at least
 EVENTS_PER_DAY = 0.5
 FINEST = 2.0**60
 EVENTS, DAY = range(2)
