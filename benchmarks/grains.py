@@ -66,7 +66,7 @@ def timed(grains: Dynamics, span: float) -> tuple[int, float]:
 def bytes_per_grain(grains: Dynamics) -> float:
     """Of all arrays that the events use."""
     parts = grains.grains
-    arrays = [*(part for part in parts if isinstance(part, np.ndarray)), parts.queue.days]
+    arrays = [*(part for part in parts if isinstance(part, np.ndarray)), parts.queue.pages]
     return sum(array.nbytes for array in arrays) / grains.number
 
 

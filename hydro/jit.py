@@ -106,7 +106,10 @@ def _overload(name: str, signature: inspect.Signature, exact: bool) -> None:
 
 @intrinsic
 def fetch(typing_context, array, row):
-    """Have the line of the cache in which a row of an array begins brought near, before it is needed."""
+    """Have the line of the cache in which a row of an array begins brought near, before it is needed.
+
+    A row that is not there does no harm.
+    """
 
     def generate(context, builder, signature, arguments):
         kind, of_row = signature.args

@@ -9,15 +9,7 @@ import numpy as np
 
 from hydro.errors import RunFailed
 from hydro.grains import events
-from hydro.grains.events import (
-    CLOCK,
-    COUNTS,
-    MOTION,
-    PROSPECT,
-    SUMS,
-    Arena,
-    Grains,
-)
+from hydro.grains.events import CLOCK, COUNTS, MOTION, PROSPECT, SUMS, Arena, Grains
 from hydro.grains.queue import FINEST, aligned, calendar
 from hydro.grains.random import seeded
 
@@ -26,6 +18,7 @@ BUDGET = 1_000_000  # events between looks at the clock
 PROGRESS = 1e-13  # of the clock in as many events, if grains do not collide without end
 CELL = 1.01  # smallest width of a cell, in diameters
 CELLS_PER_GRAIN = 40.0  # at most
+COLUMNS = ("x", "y", "vx", "vy", "time")  # of what is kept as `motion`
 
 
 def arena(
@@ -65,8 +58,7 @@ class Dynamics:
 
     def __init__(self, arena: Arena, wall: Any, positions: np.ndarray, velocities: np.ndarray, seed: int = 0):
         """positions, velocities: shape (N, 2), at time 0. Grains must not overlap; `smallest_gap` tells."""
-        motion = np.zeros((len(positions), 5))
-        motion[:, :2], motion[:, 2:4] = positions, velocities
+        motion = np.hstack([positions, velocities, np.zeros((len(positions), 1))])
         column = np.clip((positions[:, 0] / arena.width).astype(np.int32), 0, arena.columns - 1)
         row = np.clip((positions[:, 1] / arena.height).astype(np.int32), 0, arena.rows - 1)
         self.arena, self.wall, self.time = arena, wall, 0.0
@@ -78,13 +70,16 @@ class Dynamics:
         books = {"clock": np.zeros(CLOCK), "sums": np.zeros(SUMS), "counts": np.zeros(COUNTS, np.int64)}
         self._begin({**memory, **books, "epoch": np.zeros(1)})
 
-    def _begin(self, memory: dict[str, np.ndarray], pace=FINEST) -> None:
-        """Arrange the grains by cell, so that neighbours are neighbours in memory, and foresee all."""
+    def _begin(self, memory: dict[str, np.ndarray], pace: float = FINEST) -> None:
+        """Arrange the grains by cell, so that neighbours are neighbours in memory, and foresee all.
+
+        pace: of the calendar of events, which corrects it; too fast does no harm.
+        """
         cells = memory["cells"].astype(np.int32)
         number = len(cells)
         self._order = np.argsort(cells[:, 0] * self.arena.rows + cells[:, 1], kind="stable")
         motion, prospects = aligned(number, MOTION), aligned(number, PROSPECT)
-        for name, column in zip(MOTION.names, memory["motion"].T):
+        for name, column in zip(COLUMNS, memory["motion"].T, strict=True):
             motion[name] = column[self._order]
         self.grains = Grains(
             motion, prospects, np.zeros(self.arena.columns * self.arena.rows, np.int32),
@@ -94,19 +89,19 @@ class Dynamics:
         self._epoch = int(memory["epoch"][0])
         events.fill_cells(self.grains, self.arena, cells[self._order])
         events.foresee_all(self.grains, self.arena, self.wall)
-    def _own(self, rows: np.ndarray) -> np.ndarray:
-        """What `grains` has of each grain, in the order in which they were given."""
-        own = np.empty_like(rows)
-        own[self._order] = rows
+
+    def _own(self, *names: str) -> np.ndarray:
+        """Columns of what is known of each grain, in the order in which they were given."""
+        columns = [self.grains.motion[name] for name in names]
+        own = np.empty((self.number, len(names)), columns[0].dtype)
+        own[self._order] = np.stack(columns, axis=1)
         return own
 
     def memory(self) -> dict[str, np.ndarray]:
         """All that is needed to go on with the same bits, but for the count of stale events: all are foreseen anew."""
         grains = self.grains
-        motion = np.stack([grains.motion[name] for name in MOTION.names[:5]], axis=1)
-        cells = np.stack([grains.motion[name] for name in ("column", "row")], axis=1)
         return {
-            "motion": self._own(motion), "cells": self._own(cells),
+            "motion": self._own(*COLUMNS), "cells": self._own("column", "row"),
             "epoch": np.array([self._epoch]), "clock": grains.clock.copy(), "random": grains.random.copy(),
             "sums": grains.sums.copy(), "counts": grains.counts.copy(), "time": np.array([self.time]),
         }  # fmt: skip
@@ -143,15 +138,13 @@ class Dynamics:
     @property
     def velocities(self) -> np.ndarray:
         """Shape (N, 2)."""
-        return self._own(np.stack([self.grains.motion["vx"], self.grains.motion["vy"]], axis=1))
+        return self._own("vx", "vy")
 
     @property
     def positions(self) -> np.ndarray:
         """At the present time, shape (N, 2). Along a periodic direction they may lie just outside the box."""
-        motion = self.grains.motion
-        flight = self.time - self._epoch * EPOCH - motion["time"]
-        places = [motion["x"] + motion["vx"] * flight, motion["y"] + motion["vy"] * flight]
-        return self._own(np.stack(places, axis=1))
+        flight = self.time - self._epoch * EPOCH - self._own("time")
+        return self._own("x", "y") + self.velocities * flight
 
     @property
     def energy(self) -> float:

@@ -20,32 +20,47 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydro.grains.queue import NOBODY, Queue, begin, cancel, day_of, earliest_today, page_of, reckon, schedule
+from hydro.grains.queue import (
+    EVENTS,
+    NOBODY,
+    Queue,
+    cancel,
+    day_of,
+    earliest_today,
+    first_on,
+    keep_pace,
+    page_of,
+    schedule,
+    schedule_all,
+)
 from hydro.jit import fetch, inline, kernel
 
-# Records of a line of the cache, and of half a line.
+# What is known of a grain: a line of the cache. And of its next events: half a line.
 MOTION = np.dtype({
     "names": ["x", "y", "vx", "vy", "time", "count", "following", "column", "row"],
     "formats": ["f8"] * 5 + ["i4"] * 4, "itemsize": 64,
 })  # fmt: skip
-PROSPECT = np.dtype([
-    ("event", "f8"), ("collision", "f8"), ("partner", "i4"), ("seen", "i4"), ("later", "i4"), ("step_x", "i2"), ("step_y", "i2"),
-])  # fmt: skip
+PROSPECT = np.dtype({
+    "names": ["event", "collision", "partner", "seen", "later", "step_x", "step_y"],
+    "formats": ["f8"] * 2 + ["i4"] * 3 + ["i2"] * 2,
+})  # fmt: skip
 CANDIDATE, ACROSS_X, ACROSS_Y = range(3)  # columns of `candidates`
 LEFT, RIGHT, BOTTOM, TOP = -2, -3, -4, -5  # partners that are no grains
 WALL_ENERGY, LOSS, VIRIAL, PUSH_LEFT, PUSH_RIGHT, SUMS = range(6)
 COLLISIONS, WALL_HITS, SOFT, STALE, CROSSINGS, COUNTS = range(6)
 NOW, ORIGIN, CLOCK = range(3)
-AHEAD = 6
+AHEAD = 6  # days between the stages of looking ahead
 
 
 class Grains(NamedTuple):
     """All that changes with an event.
 
-    motion (N, 8): position, velocity, the time they belong to; the time of the next collision; how many collisions
-    the grain has had, and its partner in the next one when that was foreseen. partners (N,): that partner. cells
-    (N, 2): column and row of the cell. heads (columns, rows): first grain of each cell. following (N,): next grain of
-    the same cell. candidates (N + 2, 3): room for the grains in a block of cells, and how often one goes round the box
+    motion (N,): of each grain the position, velocity, and the time they belong to; how many collisions it has had; the
+    next grain of the same cell; column and row of that. prospects (N,): the time of its next event, and of its next
+    collision; its partner in that, and how many collisions the partner had had when it was foreseen; the next grain in
+    the queue; by how many columns and rows the next event takes it to another cell, if it is that. heads (cells,):
+    first grain of each cell, row by row in column by column. candidates (N + 2, 3): room for the grains in a block of
+    cells, and how often one goes round the box
     to them. clock (2,): time of the last event, and what to add to times to count them from the beginning of a period
     of the wall. random (4,): the state of the random numbers. sums (5,): energy given by the wall, energy lost, the
     virial, momentum given to the walls at x = 0 and x = 1. counts (5,): collisions, impacts on the driving wall,
@@ -104,6 +119,12 @@ def meeting(motion, i, j, shift_x, shift_y, diameter):
 def around(cell, cells):
     """How often one goes round a periodic box to a cell beyond its border: -1, 0 or 1."""
     return (cell >= cells) - (cell < 0)
+
+
+@inline(exact=True)
+def wrapped(cell, cells):
+    """A cell beyond the border of a periodic box, counted inside it."""
+    return cell - around(cell, cells) * cells
 
 
 @inline(exact=True)
@@ -171,15 +192,22 @@ def come_near(cell, cells, periodic, step):
 
 
 @inline(exact=True)
-def news(grains, arena, i, column, row):
-    """The cells into which grain i looks from its cell, after the step that brought it there if it made one.
+def block(grains, arena, i, column, row):
+    """The cells that grain i looks into from a cell: all around, or those that the step of its event has brought near.
 
     First and last column, first and last row.
     """
-    step_x, step_y = grains.prospects[i].step_x, grains.prospects[i].step_y
-    first_column, last_column = come_near(column, arena.columns, arena.periodic_x, step_x)
-    first_row, last_row = come_near(row, arena.rows, arena.periodic_y, step_y)
+    prospects = grains.prospects
+    first_column, last_column = come_near(column, arena.columns, arena.periodic_x, prospects[i].step_x)
+    first_row, last_row = come_near(row, arena.rows, arena.periodic_y, prospects[i].step_y)
     return first_column, last_column, first_row, last_row
+
+
+@inline(exact=True)
+def next_block(grains, arena, i):
+    """The cells that grain i looks into after its next event."""
+    motion, prospects = grains.motion, grains.prospects
+    return block(grains, arena, i, motion[i].column + prospects[i].step_x, motion[i].row + prospects[i].step_y)
 
 
 @inline(exact=True)
@@ -223,9 +251,7 @@ def exit_along(x, v, cell, cells, size, periodic):
 def exit_of(grains, arena, i):
     """How long it takes grain i to leave its cell, counted from its own time, and by how many columns and rows."""
     motion = grains.motion
-    in_x, step_x = exit_along(
-        motion[i].x, motion[i].vx, motion[i].column, arena.columns, arena.width, arena.periodic_x
-    )
+    in_x, step_x = exit_along(motion[i].x, motion[i].vx, motion[i].column, arena.columns, arena.width, arena.periodic_x)
     in_y, step_y = exit_along(motion[i].y, motion[i].vy, motion[i].row, arena.rows, arena.height, arena.periodic_y)
     if in_x < in_y:
         return in_x, step_x, 0
@@ -239,7 +265,7 @@ def look_out(grains, arena, wall, i):
     After a step into its cell it looks only into those that have come near.
     """
     motion, prospects = grains.motion, grains.prospects
-    first_column, last_column, first_row, last_row = news(grains, arena, i, motion[i].column, motion[i].row)
+    first_column, last_column, first_row, last_row = block(grains, arena, i, motion[i].column, motion[i].row)
     look_into(grains, arena, i, first_column, last_column, first_row, last_row)
     look_at_walls(grains, arena, wall, i)
     after, step_x, step_y = exit_of(grains, arena, i)
@@ -363,45 +389,49 @@ def reflect(grains, wall, i, side, time):
 
 @inline(exact=True)
 def fetch_grain(grains, i):
+    """Have all that is known of a grain brought near."""
     fetch(grains.motion, i)
     fetch(grains.prospects, i)
 
 
 @inline(exact=True)
-def first_on(queue, day):
-    return np.int64(queue.days[page_of(queue, day)])
+def fetch_surroundings(grains, arena, i):
+    """Have the partner of grain i brought near, and the lists of the cells that it will look into."""
+    fetch_grain(grains, np.int64(grains.prospects[i].partner))
+    first_column, last_column, first_row, _ = next_block(grains, arena, i)
+    for column in range(first_column, last_column + 1):
+        fetch(grains.heads, column * arena.rows + first_row)
+
+
+@inline(exact=True)
+def fetch_neighbours(grains, arena, i):
+    """Have the first grains of those cells brought near, and where the event of the partner stands."""
+    queue, partner = grains.queue, max(np.int64(grains.prospects[i].partner), 0)
+    fetch(queue.pages, page_of(queue, day_of(queue, grains.prospects[partner].event)))
+    first_column, last_column, first_row, last_row = next_block(grains, arena, i)
+    for column in range(first_column, last_column + 1):
+        in_column = wrapped(column, arena.columns) * arena.rows
+        for row in range(first_row, last_row + 1):
+            fetch(grains.motion, np.int64(grains.heads[in_column + wrapped(row, arena.rows)]))
 
 
 @inline(exact=True)
 def look_ahead(grains, arena):
-    """Have what the events of coming days need brought near."""
-    queue, motion, prospects, heads = grains.queue, grains.motion, grains.prospects, grains.heads
-    today = queue.today[0]
+    """Have what the events of coming days need brought near: in stages, for each says where the next has to look."""
+    queue, today = grains.queue, grains.queue.today[0]
     i = first_on(queue, today + 4 * AHEAD)
-    if i >= 0:
-        fetch_grain(grains, i)
+    fetch_grain(grains, i)
     i = first_on(queue, today + 3 * AHEAD)
     if i >= 0:
-        fetch_grain(grains, max(np.int64(prospects[i].later), 0))
+        fetch_grain(grains, np.int64(grains.prospects[i].later))
     i = first_on(queue, today + 2 * AHEAD)
     while i >= 0:
-        fetch_grain(grains, max(np.int64(prospects[i].partner), 0))
-        column, row = motion[i].column + prospects[i].step_x, motion[i].row + prospects[i].step_y
-        first_column, last_column, first_row, last_row = news(grains, arena, i, column, row)
-        for column in range(first_column, last_column + 1):
-            fetch(heads, min(max(column * arena.rows + first_row, 0), heads.size - 1))
-        i = np.int64(prospects[i].later)
+        fetch_surroundings(grains, arena, i)
+        i = np.int64(grains.prospects[i].later)
     i = first_on(queue, today + AHEAD)
     while i >= 0:
-        partner = max(np.int64(prospects[i].partner), 0)
-        fetch(queue.days, page_of(queue, day_of(queue, prospects[partner].event)))
-        column, row = motion[i].column + prospects[i].step_x, motion[i].row + prospects[i].step_y
-        first_column, last_column, first_row, last_row = news(grains, arena, i, column, row)
-        for column in range(first_column, last_column + 1):
-            for row in range(first_row, last_row + 1):
-                cell = min(max(column * arena.rows + row, 0), heads.size - 1)
-                fetch(motion, max(np.int64(heads[cell]), 0))
-        i = np.int64(prospects[i].later)
+        fetch_neighbours(grains, arena, i)
+        i = np.int64(grains.prospects[i].later)
 
 
 @kernel(exact=True)
@@ -410,7 +440,7 @@ def run(grains, arena, wall, until, budget):
     motion, prospects, queue = grains.motion, grains.prospects, grains.queue
     events = 0
     while events < budget:
-        reckon(queue, grains.clock[NOW])
+        keep_pace(queue, grains.clock[NOW])
         i = earliest_today(queue)
         if i < 0:
             if queue.today[0] >= day_of(queue, until):
@@ -422,7 +452,7 @@ def run(grains, arena, wall, until, budget):
         if time > until:
             break
         events += 1
-        queue.since[0] += 1
+        queue.since[EVENTS] += 1
         grains.clock[NOW] = time
         cancel(queue, i)
         looking = i
@@ -463,7 +493,7 @@ def foresee_all(grains, arena, wall):
     for i in range(grains.motion.shape[0]):
         forget(grains, i)
         grains.prospects[i].event = look_out(grains, arena, wall, i)
-    begin(grains.queue, grains.clock[NOW])
+    schedule_all(grains.queue, grains.clock[NOW])
 
 
 @kernel(exact=True)

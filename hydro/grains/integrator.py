@@ -79,7 +79,7 @@ def dynamics_from(deck: GrainsDeck, positions: np.ndarray, velocities: np.ndarra
 def dynamics_again(deck: GrainsDeck, memory: dict[str, np.ndarray]) -> Dynamics:
     """The grains of a deck as `Dynamics.memory` has kept them."""
     motion = memory["motion"]
-    grains = dynamics_from(deck, motion[:, events.X : events.Y + 1], motion[:, events.VX : events.VY + 1])
+    grains = dynamics_from(deck, motion[:, :2], motion[:, 2:4])
     grains.remember(memory)
     return grains
 

@@ -1,6 +1,7 @@
-"""The queue of events: one per grain, in a calendar whose days hold few of them.
+"""The queue of events: one per grain, in a calendar whose days hold some one of them.
 
-Brown, Commun. ACM 31, 1220 (1988); Paul, J. Comput. Phys. 221, 615 (2007).
+Nothing in it depends on the number of grains. Brown, Commun. ACM 31, 1220 (1988); Paul, J. Comput. Phys. 221, 615
+(2007).
 """
 
 from __future__ import annotations
@@ -13,26 +14,40 @@ import numpy as np
 from hydro.jit import inline
 
 NOBODY = -1
-DAYS_PER_GRAIN = 4  # in a year, at least
-EVENTS_PER_DAY = 0.5
-FINEST = 2.0**60
-EVENTS, DAY = range(2)
+DAYS_PER_GRAIN = 2  # in a year, at least
+FINEST = 2.0**60  # days in a unit of time, at most
 NEVER = 2.0**62  # a day that does not come
+LINE = 64  # bytes in a line of the cache
+EVENTS, DAY = range(2)
 
 
 class Queue(NamedTuple):
-    """A calendar. What has a place in it, an array of records, has two fields: `event`, its time, and `later`.
+    """A calendar, with a page for each day of a year. Next year the pages are used again.
 
-    days (a power of two,): first grain of each day of a year; `later` is the next of the same day. What comes only in
-    years to come is passed over until then. today (1,): the present day, counted through all years. pace: days in a
-    unit of time.
+    entries (N,): records of grains; among their fields are `event`, its time, and `later`, the next grain on the same
+    page. pages (a power of two,): first grain of each. today (1,): counted from time zero, through all years. pace
+    (1,): days in a unit of time. since (2,): events since the pace was last looked at, and the day of that.
     """
 
     entries: np.ndarray
-    days: np.ndarray
+    pages: np.ndarray
     today: np.ndarray
     pace: np.ndarray
     since: np.ndarray
+
+
+def calendar(entries: np.ndarray, pace: float) -> Queue:
+    """For the events of all entries, as yet without any."""
+    pages = np.full(1 << (DAYS_PER_GRAIN * len(entries) - 1).bit_length(), NOBODY, np.int32)
+    return Queue(entries, pages, np.zeros(1, np.int64), np.array([pace]), np.zeros(2, np.int64))
+
+
+def aligned(number: int, record: np.dtype) -> np.ndarray:
+    """So many records of zeros that begin with a line of the cache."""
+    size = number * record.itemsize
+    room = np.zeros(size + LINE, np.uint8)
+    start = -room.ctypes.data % LINE
+    return room[start : start + size].view(record)
 
 
 @inline(exact=True)
@@ -43,16 +58,22 @@ def day_of(queue, time):
 
 @inline(exact=True)
 def page_of(queue, day):
-    """Where the calendar keeps a day. What should have been is kept today."""
-    return max(day, queue.today[0]) & (queue.days.size - 1)
+    """The page of a day; of today, for what should have been."""
+    return max(day, queue.today[0]) & (queue.pages.size - 1)
+
+
+@inline(exact=True)
+def first_on(queue, day):
+    """The first grain on the page of a day, NOBODY if that is empty."""
+    return np.int64(queue.pages[page_of(queue, day)])
 
 
 @inline(exact=True)
 def earliest_today(queue):
-    """The grain with the earliest event of today; NOBODY if there is none."""
+    """The grain with the earliest event of today, NOBODY if there is none. What comes in other years is passed over."""
     entries, today = queue.entries, queue.today[0]
     earliest, time = np.int64(NOBODY), math.inf
-    i = np.int64(queue.days[page_of(queue, today)])
+    i = first_on(queue, today)
     while i >= 0:
         at = entries[i].event
         if at < time and day_of(queue, at) <= today:
@@ -64,21 +85,18 @@ def earliest_today(queue):
 @inline(exact=True)
 def schedule(queue, i, time):
     """Enter the event of a grain that has none."""
-    entries = queue.entries
-    page = page_of(queue, day_of(queue, time))
-    entries[i].event = time
-    entries[i].later = queue.days[page]
-    queue.days[page] = i
+    entries, page = queue.entries, page_of(queue, day_of(queue, time))
+    entries[i].event, entries[i].later = time, queue.pages[page]
+    queue.pages[page] = i
 
 
 @inline(exact=True)
 def cancel(queue, i):
     """Take the event of a grain out."""
-    entries = queue.entries
-    page = page_of(queue, day_of(queue, entries[i].event))
-    before = np.int64(queue.days[page])
+    entries, page = queue.entries, page_of(queue, day_of(queue, queue.entries[i].event))
+    before = np.int64(queue.pages[page])
     if before == i:
-        queue.days[page] = entries[i].later
+        queue.pages[page] = entries[i].later
         return
     while entries[before].later != i:
         before = np.int64(entries[before].later)
@@ -86,9 +104,9 @@ def cancel(queue, i):
 
 
 @inline(exact=True)
-def begin(queue, now):
-    """Enter all events."""
-    queue.days[:] = NOBODY
+def schedule_all(queue, now):
+    """Enter the events of all grains, none of which is before now."""
+    queue.pages[:] = NOBODY
     queue.today[0] = day_of(queue, now)
     queue.since[EVENTS], queue.since[DAY] = 0, queue.today[0]
     for i in range(queue.entries.size):
@@ -96,27 +114,13 @@ def begin(queue, now):
 
 
 @inline(exact=True)
-def reckon(queue, now):
-    """After as many events as there are grains, or a year, give days another length if they held too many or too few."""
-    today, since, pace = queue.today, queue.since, queue.pace
-    if since[EVENTS] < queue.entries.size and today[0] < since[DAY] + queue.days.size:
+def keep_pace(queue, now):
+    """Change the length of days that have held too many events or too few, of N events or a year."""
+    since, today = queue.since, queue.today[0]
+    if since[EVENTS] < queue.entries.size and today - since[DAY] < queue.pages.size:
         return
-    change = (since[EVENTS] + 1) / (today[0] - since[DAY] + 1) / EVENTS_PER_DAY
-    if not 0.5 < change < 2.0:
-        pace[0] = min(pace[0] * change, FINEST)
-        begin(queue, now)
-    since[EVENTS], since[DAY] = 0, today[0]
-
-
-def calendar(entries: np.ndarray, pace: float) -> Queue:
-    """Without events."""
-    days = 1 << (DAYS_PER_GRAIN * len(entries) - 1).bit_length()
-    return Queue(entries, np.full(days, NOBODY, np.int32), np.zeros(1, np.int64), np.array([pace]), np.zeros(2, np.int64))
-
-
-def aligned(number: int, kind: np.dtype) -> np.ndarray:
-    """Zeros that begin with a line of the cache."""
-    line = 64
-    room = np.zeros(number * kind.itemsize + line, np.uint8)
-    start = -room.ctypes.data % line
-    return room[start : start + number * kind.itemsize].view(kind)
+    events_in_day = (since[EVENTS] + 1) / (today - since[DAY] + 1)
+    since[EVENTS], since[DAY] = 0, today
+    if not 0.5 < events_in_day < 2.0:
+        queue.pace[0] = min(queue.pace[0] * events_in_day, FINEST)
+        schedule_all(queue, now)
