@@ -12,6 +12,17 @@ from hydro.gas import Grossman
 from hydro.grains import events, theory
 from hydro.grains.dynamics import EPOCH, Dynamics, arena
 from hydro.grains.placement import CLOSE_PACKING, lattice, placed
+from hydro.grains.queue import (
+    FINEST,
+    NOBODY,
+    calendar,
+    cancel,
+    day_of,
+    earliest_today,
+    keep_pace,
+    schedule,
+    schedule_all,
+)
 from hydro.grains.random import seeded
 from hydro.grains.walls import ElasticWall, RandomPhaseWall, SawtoothWall, SinusoidalWall, ThermalWall
 from hydro.jit import kernel
@@ -67,6 +78,79 @@ def test_momentum_is_kept_in_a_periodic_box():
     gas.advance(2.0)
     assert gas.count(events.COLLISIONS) > 5_000 and gas.smallest_gap > -1e-12
     assert np.abs(gas.velocities.sum(axis=0) - start).max() < 1e-11
+
+
+@kernel(exact=True)
+def play(queue, times, after, others, waits, until):
+    """Events up to a time; returns how many. Event k comes again after[k] later; that of others[k], waits[k] later."""
+    schedule_all(queue, 0.0)
+    now, k = 0.0, 0
+    while k < after.size:
+        keep_pace(queue, now)
+        i = earliest_today(queue)
+        if i == NOBODY:
+            if queue.today[0] >= day_of(queue, until):
+                break
+            queue.today[0] += 1
+            continue
+        now = queue.entries[i].event
+        if now > until:
+            break
+        times[k] = now
+        cancel(queue, i)
+        schedule(queue, i, now + after[k])
+        cancel(queue, others[k])
+        schedule(queue, others[k], now + waits[k])
+        queue.since[0] += 1
+        k += 1
+    return k
+
+
+@pytest.mark.parametrize("pace", [1e-3, 1.0, FINEST])
+@pytest.mark.parametrize("number", [1, 2, 7, 300])
+def test_the_calendar_gives_events_in_their_order(number, pace):
+    """However slow or fast its days are at first, while the rate of events rises and falls by orders of magnitude."""
+    random = np.random.default_rng(number)
+    size = 20 * number + 1000
+    scale = 10.0 ** (-3.0 - 2.5 * np.sin(np.linspace(0.0, 12.0, size)))
+    after, waits = (scale * random.exponential(size=size) for _ in range(2))
+    after[random.random(size) < 0.01] = 0.0
+    others, until = random.integers(number, size=size), 0.5
+    waits[(others == 0) & (others < number - 1) & (random.random(size) < 0.1)] = math.inf
+    entries = np.zeros(number, events.PROSPECT)
+    entries["event"] = foreseen = random.exponential(size=number) * 1e-3
+    queue = calendar(entries, pace)
+    times = np.zeros(size)
+    happened = play(queue, times, after, others, waits, until)
+    expected, foreseen = [], foreseen.copy()
+    for k in range(size):
+        i = foreseen.argmin()
+        if foreseen[i] > until:
+            break
+        expected.append(foreseen[i])
+        foreseen[i] = expected[-1] + after[k]
+        foreseen[others[k]] = expected[-1] + waits[k]
+    assert happened == len(expected) > 100
+    assert np.array_equal(times[:happened], expected) and np.array_equal(entries["event"], foreseen)
+
+
+@pytest.mark.parametrize("pace", [1.0, FINEST])
+def test_days_come_to_hold_some_one_event(pace):
+    """Whatever their length was; the grains begin on a dense lattice, where next events come much sooner than later."""
+    gas = gas_of_grains(1000, 0.9)
+    queue = gas.grains.queue
+    queue.pace[0] = pace
+    schedule_all(queue, 0.0)
+    gas.advance(0.1)
+    soon = gas.grains.prospects["event"] * queue.pace[0] - queue.today[0]
+    assert 0.2 * 100.0 < np.count_nonzero(soon < 100.0) < 5.0 * 100.0
+
+
+def test_grains_at_rest_let_time_pass():
+    """No event ever: the calendar must not wait for one."""
+    gas = Dynamics(arena(0.1, 1.0, 1.0, 2), ElasticWall(), np.array([[0.2, 0.5], [0.7, 0.5]]), np.zeros((2, 2)))
+    gas.advance(5.0)
+    assert gas.time == 5.0 and gas.count(events.COLLISIONS) == 0
 
 
 @pytest.mark.parametrize("name", WALLS)
