@@ -58,13 +58,12 @@ class Grains(NamedTuple):
     motion (N,): of each grain the position, velocity, and the time they belong to; how many collisions it has had; the
     next grain of the same cell; column and row of that. prospects (N,): the time of its next event, and of its next
     collision; its partner in that, and how many collisions the partner had had when it was foreseen; the next grain in
-    the queue; by how many columns and rows the next event takes it to another cell, if it is that. heads (cells,):
-    first grain of each cell, row by row in column by column. candidates (N + 2, 3): room for the grains in a block of
-    cells, and how often one goes round the box
-    to them. clock (2,): time of the last event, and what to add to times to count them from the beginning of a period
-    of the wall. random (4,): the state of the random numbers. sums (5,): energy given by the wall, energy lost, the
-    virial, momentum given to the walls at x = 0 and x = 1. counts (5,): collisions, impacts on the driving wall,
-    collisions that the contact time made elastic, stale events, changes of cell.
+    the queue; by how many columns and rows the next event takes it to another cell, if it does. heads (cells,): first
+    grain of each cell, column by column. candidates (N + 2, 3): room for the grains in a block of cells, and how often
+    one goes round the box to them. clock (2,): time of the last event, and what to add to times to count them from the
+    beginning of a period of the wall. random (4,): the state of the random numbers. sums (5,): energy given by the
+    wall, energy lost, the virial, momentum given to the walls at x = 0 and x = 1. counts (5,): collisions, impacts on
+    the driving wall, collisions that the contact time made elastic, stale events, changes of cell.
     """
 
     motion: np.ndarray
@@ -434,44 +433,50 @@ def look_ahead(grains, arena):
         i = np.int64(grains.prospects[i].later)
 
 
+@inline(exact=True)
+def happen(grains, arena, wall, i, time):
+    """The next event of grain i; returns the grain with which it has collided, otherwise i."""
+    prospects = grains.prospects
+    if time < prospects[i].collision:
+        grains.counts[CROSSINGS] += 1
+        change_cell(grains, arena, i)
+        return i
+    partner, other = np.int64(prospects[i].partner), i
+    if partner < 0:
+        reflect(grains, wall, i, partner, time)
+    elif prospects[i].seen == grains.motion[partner].count:
+        collide(grains, arena, i, partner, time)
+        forget(grains, partner)
+        other = partner
+    else:
+        grains.counts[STALE] += 1
+    forget(grains, i)
+    return other
+
+
 @kernel(exact=True)
 def run(grains, arena, wall, until, budget):
     """All events up to a time, or as many as the budget allows; returns how many there were."""
-    motion, prospects, queue = grains.motion, grains.prospects, grains.queue
+    queue = grains.queue
     events = 0
     while events < budget:
         keep_pace(queue, grains.clock[NOW])
         i = earliest_today(queue)
-        if i < 0:
+        if i == NOBODY:
             if queue.today[0] >= day_of(queue, until):
                 break
             queue.today[0] += 1
             look_ahead(grains, arena)
             continue
-        time = prospects[i].event
+        time = queue.entries[i].event
         if time > until:
             break
         events += 1
         queue.since[EVENTS] += 1
         grains.clock[NOW] = time
-        cancel(queue, i)
-        looking = i
-        if time < prospects[i].collision:
-            grains.counts[CROSSINGS] += 1
-            change_cell(grains, arena, i)
-        else:
-            partner = np.int64(prospects[i].partner)
-            if partner < 0:
-                reflect(grains, wall, i, partner, time)
-            elif prospects[i].seen == motion[partner].count:
-                cancel(queue, partner)
-                collide(grains, arena, i, partner, time)
-                forget(grains, partner)
-                looking = partner
-            else:
-                grains.counts[STALE] += 1
-            forget(grains, i)
+        looking = happen(grains, arena, wall, i, time)
         while True:
+            cancel(queue, looking)
             schedule(queue, looking, look_out(grains, arena, wall, looking))
             if looking == i:
                 break
