@@ -79,6 +79,7 @@ SMALL = {
         "sweep.axes=[{keys=['gas.L'],values=[50.0]},{keys=['grains.seed'],values=[1,2]}]",
     ),
     "grains_fig4": ("time.end=0.02", "output.times=[0.02]", "grains.window=0.02"),
+    "grains_matched": ("gas.K=1e-2", "time.end=0.02", "output.times=[0.02]", "grains.window=0.02"),
 }
 NORMS = Path(__file__).with_name("norms.json")
 

@@ -69,7 +69,6 @@ def clustering(overrides: list[str], seed: int, frames: bool) -> dict[str, Any]:
 
 
 FLOW = Path(__file__).parents[2] / "problems" / "fig4.toml"
-FRICTION = 20.0  # tau of the flow
 GASES = {
     "the deck": lambda L, d: Grossman(L, d, ALPHA),
     "matched": lambda L, d: Grossman(L * MU_COOLING / MU_CONDUCTION, d * MU_CONDUCTION, ALPHA),
@@ -92,11 +91,11 @@ def wall_for(gas: Any) -> VibratingWall:
     return VibratingWall(box().wall.W * box().gas.K / gas.K)
 
 
-def flowing(name: str, tau: float, end: float) -> dict[str, Any]:
-    """As `clustering`, of the hydrodynamics of a gas: from the same initial state, with friction."""
+def flowing(name: str, end: float) -> dict[str, Any]:
+    """As `clustering`, of the hydrodynamics of a gas, with its viscosity: from the same initial state."""
     gas, grains = gas_named(name), box()
     deck: Any = load(FLOW, [
-        f"gas.L={gas.L:.17g}", f"gas.K={gas.K:.17g}", f"gas.f={grains.gas.f:g}", f"gas.tau={tau:g}",
+        f"gas.L={gas.L:.17g}", f"gas.K={gas.K:.17g}", f"gas.f={grains.gas.f:g}", "gas.tau=inf", "gas.viscosity=1",
         "mesh.cells=[32,64]", "output.times=[]",
         f"wall.W={wall_for(gas).W:.17g}", "initial.wave=1", "initial.temperature=1", f"time.end={end:g}"
     ])  # fmt: skip
@@ -167,7 +166,7 @@ def amplitude_of(cosine: np.ndarray) -> tuple[float, float]:
 def section(folder: Path) -> str:
     """Draw, film, and return the text."""
     grains = [miniature(seed) for seed in SEEDS]
-    flows = {name: kept(flowing, name=name, tau=FRICTION, end=END) for name in GASES}
+    flows = {name: kept(flowing, name=name, end=END) for name in GASES}
     boxes = {ratio: [amplitude_of(boxed(ratio, seed)) for seed in BOX_SEEDS] for ratio in RATIOS}
     curves = {name: kept(amplitudes, name=name, ratios=CURVE)["amplitude"] for name in GASES}
     publish(draw(grains, flows, boxes, curves), folder / "grains_localized")
@@ -187,7 +186,7 @@ def section(folder: Path) -> str:
         for name, found in LATE_NAMES.items()
     ]
     page = PAGE.format(
-        L=gas.L, f=gas.f, d=gas.diameter, number=number, loss=1.0 - gas.restitution**2, tau=FRICTION,
+        L=gas.L, f=gas.f, d=gas.diameter, number=number, loss=1.0 - gas.restitution**2,
         late=LATE, end=END, seeds=len(SEEDS), **{name.replace(" ", "_"): value for name, value in thresholds.items()},
     )  # fmt: skip
     return "\n".join([
@@ -296,9 +295,9 @@ fluctuations, on top of the steady states of one half-wave.*
 *Grains to scale, seed 1, and the hydrodynamics of Enskog's gas.*
 
 L = {L:g}, f = {f:g}, aspect ratio 2: {number} grains of d = {d:g}, 1-r^2 = {loss:.3f}. The hydrodynamic runs have 32
-x 64 cells, the heat of the same wall, and a friction of tau = {tau:g} in place of viscosity. Their thresholds for a
-half-wave, in this gas: Delta = {the_deck:.2f} (the deck's L), {matched:.2f} (matched), {Enskog:.2f} (Enskog). Means
-over t = {late:g} to {end:g}:
+x 64 cells, the heat of the same wall, and the viscosity of kinetic theory. Their thresholds for a half-wave, in this
+gas: Delta = {the_deck:.2f} (the deck's L), {matched:.2f} (matched), {Enskog:.2f} (Enskog). Means over t = {late:g} to
+{end:g}:
 """
 
 BOXES = """
