@@ -55,6 +55,14 @@ unit time between t = {before:g} and the end; else it is still changing. Frictio
 stronger than in Fig. 4: with tau = 200 the dense starts slosh until a moving core cools to T = 1e-7, where the implicit
 integrator has to take very short steps."""
 
+READING = """
+**Selection.** Inside the tongue everything ends in one half-wave, whatever it starts from: two clusters are unstable to
+one growing at the other's cost, and have coarsened. Exceptions are next to the tongue's right-hand border, where all
+that grows or decays is slow, and where cells as wide as these move the border. Beyond it noise decays and a strong
+half-wave stays, as the subcritical bifurcation there wants it. About halfway to the fold this start is no longer in the
+basin of the localized state. The branch solver still has that state there, and evolution reaches it by steps in f: see
+`problems/hysteresis.toml`."""
+
 
 def run(output: Path, deck: str, *overrides: str) -> Path:
     """The folder of a deck's run, which is made or finished if it is not there."""
@@ -189,6 +197,7 @@ def main() -> None:
     print("\n".join(counts(there)))
     print("\n## Against the stability and branch solvers\n")
     print("\n".join(comparison(table, there, rows, folds)))
+    print(READING)
 
 
 if __name__ == "__main__":

@@ -15,8 +15,7 @@ import numpy as np
 
 from hydro.gas import Grossman
 from hydro.gas.grossman import LAMBDA, A
-from hydro.grains.dynamics import EPOCH, Dynamics, arena
-from hydro.grains.events import TIME, VX, VY, X, Y
+from hydro.grains.dynamics import COLUMNS, EPOCH, Dynamics, arena
 from hydro.grains.placement import CLOSE_PACKING, placed
 from hydro.grains.walls import ElasticWall
 from hydro.mesh import Mesh
@@ -26,6 +25,9 @@ from hydro.state import State
 FOLDER = Path(__file__).parents[2] / "output" / "grains_physics"
 GAMMA, ALPHA = 2.26, 1.15  # of the paper's closures
 PAPER = math.sqrt(2.0 / math.pi)  # of q = (2/pi)^(1/2) A^2 omega^2 n T^(1/2)
+
+
+X, Y, VX, VY, TIME = (COLUMNS.index(name) for name in ("x", "y", "vx", "vy", "time"))
 
 
 class Estimate(NamedTuple):

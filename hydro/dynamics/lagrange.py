@@ -352,49 +352,61 @@ def carry(gas, limiter, grid, momentum, ratio, h, velocity, work):
 
     momentum: of the faces, now and before, (2, 2, nx, ny). velocity: of the faces, extrapolated, (2, nx, ny), is set.
     """
-    geometry, ahead, lines = grid.heat, work.ahead, work.lines
-    nx, ny = ahead.shape[1:]
+    nx = velocity.shape[1]
     weight = ratio * ratio / (1.0 + 2.0 * ratio)
     work.stream[:] = 0.0
     for i in range(nx):
         for axis in range(2):
             add_difference(momentum[0, axis, i], momentum[1, axis, i], ratio, velocity[axis, i])
-        divide_row(velocity[0, i], ahead[0, i - 1], ahead[0, i])
-        divide_line(velocity[1, i], ahead[0, i])
-        if i > 0 or geometry.periodic_x:
-            before = i - 2 if i > 1 or geometry.periodic_x else 0
-            after = (i + 1) % nx if i < nx - 1 or geometry.periodic_x else i
-            spacing, centre = grid.spacing_x, i + GHOSTS
-            upstream_row(velocity[0, i], lines[WEIGHT])
-            for q in range(4):
-                profile_row(
-                    limiter, ahead[q, before], ahead[q, i - 1], ahead[q, i], ahead[q, after],
-                    spacing[1, centre - 1], spacing[2, centre - 1], spacing[1, centre], spacing[2, centre],
-                    lines[WEIGHT], lines[PROFILES + q],
-                )  # fmt: skip
-            flow, energy = work.carried_x[FLOW, i], work.carried_x[ENERGY, i]
-            carry_row(gas, ahead[0, i - 1], ahead[0, i], velocity[0, i], lines, flow, energy)
-            for j in range(np.uint64(ny)):
-                flow[j] *= geometry.dy[j]
-                energy[j] *= geometry.dy[j]
-            for q in range(2):
-                add_row(work.stream[q, i - 1], lines[STREAMS + q], -h / geometry.dx[i - 1])
-                add_row(work.stream[q, i], lines[STREAMS + q], h / geometry.dx[i])
+        divide_row(velocity[0, i], work.ahead[0, i - 1], work.ahead[0, i])
+        divide_line(velocity[1, i], work.ahead[0, i])
+        if i > 0 or grid.heat.periodic_x:
+            carry_across(gas, limiter, grid, velocity[0, i], h, work, i)
     for i in range(nx):
-        carry_along(gas, limiter, grid, ahead[:, i], velocity[1, i], h, work, i)
+        carry_along(gas, limiter, grid, work.ahead[:, i], velocity[1, i], h, work, i)
     for i in range(nx):
-        add_difference(momentum[0, 0, i], momentum[1, 0, i], weight, work.drive_x[i])
-        add_difference(momentum[0, 1, i], momentum[1, 1, i], weight, work.drive_y[i])
-        add_row(work.drive_x[i], work.stream[0, i - 1], 0.5)
-        add_row(work.drive_x[i], work.stream[0, i], 0.5)
-        along, drive = work.stream[1, i], work.drive_y[i]
-        for j in range(ONE, np.uint64(ny)):
-            drive[j] += 0.5 * (along[j] + along[j - ONE])
-        drive[0] += 0.5 * (along[0] + along[ny - 1])
-    if not geometry.periodic_x:
-        work.drive_x[0] = 0.0
-    if not geometry.periodic_y:
-        work.drive_y[:, 0] = 0.0
+        drive_row(grid.heat, momentum[:, :, i], weight, work, i)
+
+
+@part(exact=True)
+def carry_across(gas, limiter, grid, velocity, h, work, i):
+    """The faces in x below row i, none of them at a wall."""
+    geometry, ahead, lines, spacing = grid.heat, work.ahead, work.lines, grid.spacing_x
+    nx, ny = ahead.shape[1:]
+    before = i - 2 if i > 1 or geometry.periodic_x else 0
+    after = (i + 1) % nx if i < nx - 1 or geometry.periodic_x else i
+    centre = i + GHOSTS
+    upstream_row(velocity, lines[WEIGHT])
+    for q in range(4):
+        profile_row(
+            limiter, ahead[q, before], ahead[q, i - 1], ahead[q, i], ahead[q, after],
+            spacing[1, centre - 1], spacing[2, centre - 1], spacing[1, centre], spacing[2, centre],
+            lines[WEIGHT], lines[PROFILES + q],
+        )  # fmt: skip
+    flow, energy = work.carried_x[FLOW, i], work.carried_x[ENERGY, i]
+    carry_row(gas, ahead[0, i - 1], ahead[0, i], velocity, lines, flow, energy)
+    for j in range(np.uint64(ny)):
+        flow[j] *= geometry.dy[j]
+        energy[j] *= geometry.dy[j]
+    for q in range(2):
+        add_row(work.stream[q, i - 1], lines[STREAMS + q], -h / geometry.dx[i - 1])
+        add_row(work.stream[q, i], lines[STREAMS + q], h / geometry.dx[i])
+
+
+@part(exact=True)
+def drive_row(geometry, momentum, weight, work, i):
+    """Momentum of the faces of row i from that of the last two states, (2, 2, ny), and what streams into its cells."""
+    in_x, in_y, along = work.drive_x[i], work.drive_y[i], work.stream[1, i]
+    last = in_y.size - 1
+    add_difference(momentum[0, 0], momentum[1, 0], weight, in_x)
+    add_difference(momentum[0, 1], momentum[1, 1], weight, in_y)
+    add_row(in_x, work.stream[0, i - 1], 0.5)
+    add_row(in_x, work.stream[0, i], 0.5)
+    for j in range(ONE, np.uint64(in_y.size)):
+        in_y[j] += 0.5 * (along[j] + along[j - ONE])
+    in_y[0] = in_y[0] + 0.5 * (along[0] + along[last]) if geometry.periodic_y else 0.0
+    if i == 0 and not geometry.periodic_x:
+        in_x[:] = 0.0
 
 
 @part(exact=True)
