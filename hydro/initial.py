@@ -32,9 +32,12 @@ def initial_state(deck: RunDeck) -> State:
 
 
 def cosine_averages(mesh: Mesh, wave: int) -> np.ndarray:
-    """Cell averages of cos(pi wave y/aspect_ratio), shape (ny,)."""
+    """Cell averages of cos(pi wave y/aspect_ratio), shape (ny,): even or odd about the middle, to the last bit."""
+    if wave == 0:
+        return np.ones_like(mesh.dy)
     k = np.pi * wave / mesh.aspect_ratio
-    return np.diff(np.sin(k * mesh.y_faces)) / (k * mesh.dy) if wave else np.ones_like(mesh.dy)
+    averages = np.diff(np.sin(k * mesh.y_faces)) / (k * mesh.dy)
+    return 0.5 * (averages + (-1.0) ** wave * averages[::-1])
 
 
 @PATTERNS.register("cosine")

@@ -20,7 +20,7 @@ from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.errors import RunFailed
 from hydro.gas import CLOSURES, Grossman
-from hydro.initial import INITIAL_STATES, PATTERNS, initial_state, regrid
+from hydro.initial import INITIAL_STATES, PATTERNS, cosine_averages, initial_state, regrid
 from hydro.jit import kernel
 from hydro.kinds import KINDS
 from hydro.mesh import Mesh
@@ -373,6 +373,13 @@ def test_an_integrator_that_remembers_goes_on_with_the_same_bits(name, viscosity
         for _ in range(5):
             integrator.step(each, integrator.largest_step(each))
     np.testing.assert_array_equal(state.conserved, copy.conserved)
+
+
+@pytest.mark.parametrize(("wave", "sign"), [(0, 1.0), (1, -1.0), (2, 1.0), (3, -1.0)])
+def test_cosines_are_even_or_odd_to_the_last_bit(wave, sign):
+    cosine = cosine_averages(Mesh.rectangle((2, 50), 1.3), wave)
+    np.testing.assert_array_equal(cosine, sign * cosine[::-1])
+    assert np.abs(cosine).max() > 0.99
 
 
 @pytest.mark.parametrize("cells", [(16, 32), (12, 50), (9, 11), (12, 7)])
