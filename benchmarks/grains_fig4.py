@@ -32,10 +32,10 @@ from hydro.pictures.style import publish
 from hydro.runs.evolution import integrator_of
 from hydro.runs.frames import frame_time, frames, read_frame
 from hydro.runs.march import Run, march
-from hydro.runs.observables import wall_extremes
+from hydro.runs.observables import gas_density, wall_extremes
 from hydro.runs.trackers import AtTimes
-from hydro.setup import wall_of
 from hydro.state import State
+from hydro.steady.localized import steady_state
 from hydro.walls import VibratingWall
 
 PROBLEMS = Path(__file__).parent.parent / "problems"
@@ -86,26 +86,28 @@ def grains(output: Path, name: str) -> dict[str, Any]:
     words = [str(PROBLEMS / f"{box.deck}.toml"), *box.overrides, "output.movie=true", "--output", str(folder)]
     if not (folder / "summary.json").exists() and hydro([*words, "--overwrite"]):
         raise SystemExit(f"{name} failed")
-    mesh = Mesh.rectangle(CELLS, 2.0)
+    ratio = load(folder / "deck.toml").box.aspect_ratio
     pictures = frames(folder / "frames")
+    fields = [read_frame(path) for path in pictures]
     history = np.genfromtxt(folder / "history.csv", delimiter=",", names=True)
-    sizes = []
-    for path in pictures:
-        density = read_frame(path)
-        sizes.append(amplitudes(density, Mesh.rectangle(density.shape, mesh.aspect_ratio)))
     return {
-        "time": history["time"], "wall_max": history["wall_max"], "wall_min": history["wall_min"],
-        "frame_time": np.array([frame_time(path) for path in pictures]), "amplitudes": np.array(sizes),
+        "history": history, "time": history["time"], "wall_max": history["wall_max"], "wall_min": history["wall_min"],
+        "frame_time": np.array([frame_time(path) for path in pictures]),
+        "amplitudes": np.array([amplitudes(density, Mesh.rectangle(density.shape, ratio)) for density in fields]),
         "summary": json.loads((folder / "summary.json").read_text()), "folder": folder,
     }  # fmt: skip
 
 
+def setting(name: str, gas_of: Callable[[Any], Any]) -> tuple[Any, Any, VibratingWall]:
+    """The deck of a box of grains, a gas in their place, and the wall that gives it the same heat."""
+    deck: Any = load(PROBLEMS / f"{BOXES[name].deck}.toml", BOXES[name].overrides)
+    gas = gas_of(deck)
+    return deck, gas, VibratingWall(deck.wall.W * deck.gas.K / gas.K)
+
+
 def flow(name: str, gas_of: Callable[[Any], Any]) -> dict[str, Any]:
     """Series of the hydrodynamics of a gas from the same start, viscous, before the wall that gives the same heat."""
-    box = BOXES[name]
-    deck: Any = load(PROBLEMS / f"{box.deck}.toml", box.overrides)
-    gas = gas_of(deck)
-    wall = VibratingWall(wall_of(deck).W * deck.gas.K / gas.K)
+    deck, gas, wall = setting(name, gas_of)
     words = [f"mesh.cells=[{CELLS[0]},{CELLS[1]}]", "gas.viscosity=1", "gas.tau=inf", "output.times=[]"]
     words += [f"initial.temperature={deck.initial.temperature}", f"wall.W={wall.W:.17g}", f"gas.K={gas.K:.17g}"]
     flowing: Any = load(PROBLEMS / "fig4.toml", [*words, f"gas.L={gas.L:.17g}", f"time.end={deck.time.end:g}"])
@@ -121,6 +123,27 @@ def flow(name: str, gas_of: Callable[[Any], Any]) -> dict[str, Any]:
     with contextlib.suppress(RunFailed):  # beyond freezing Enskog's theory has no steady state
         march(Run(state, integrator_of(flowing, state), deck.time.end), [AtTimes(watch, (), deck.time.end / SAMPLES)])
     return {key: np.array(values) for key, values in series.items()}
+
+
+def late(found: dict[str, Any]) -> list[str]:
+    """Means over the second half of a run of grains: wall densities, density at x = 1, sizes of the amplitudes."""
+    history, sizes = found["history"], np.abs(found["amplitudes"][found["frame_time"] > 0.5 * found["time"][-1]])
+    second_half = found["time"] > 0.5 * found["time"][-1]
+    walls = [float(history[key][second_half].mean()) for key in ("wall_max", "wall_min", "gas_density")]
+    return [f"{value:.3g}" for value in (*walls, *sizes.mean(axis=0))]
+
+
+def at_rest(name: str, gas_of: Callable[[Any], Any]) -> list[str]:
+    """The same of the steady state of one half-wave of a gas."""
+    deck, gas, wall = setting(name, gas_of)
+    try:
+        with np.errstate(all="ignore"):
+            state = steady_state(gas, wall, Mesh.rectangle(CELLS, deck.box.aspect_ratio), deck.gas.f, 1).state
+    except RunFailed:
+        return ["none"] * 5
+    low, high = wall_extremes(state.density, state.mesh)
+    sizes = np.abs(amplitudes(state.density, state.mesh))
+    return [f"{value:.3g}" for value in (high, low, gas_density(state, wall), *sizes)]
 
 
 def draw(results: dict[str, Any]) -> Figure:
@@ -197,6 +220,14 @@ that dilute grains have (the last two columns above); "Enskog", Enskog's theory 
 *Density of the matched grains, averaged over windows.*
 """
 
+LATE = """
+Means over the second half of each run of grains (absolute values of the cosines), beside the steady state of one
+half-wave:
+"""
+
+VERDICT = """
+TODO"""
+
 
 def main() -> None:
     """Run what is missing, draw, print the page."""
@@ -218,6 +249,14 @@ def main() -> None:
     print(FIGURE.format(nx=CELLS[0], ny=CELLS[1]))
     names = [f"{kind}, {who}" for kind in ("largest n(0, y)", "smallest n(0, y)") for who in ("grains", *GASES)]
     print(table(["grains", "t", *names], rows(results)))
+    print(LATE)
+    lines = []
+    for name, (found, _) in results.items():
+        lines.append([name, "grains", *late(found)])
+        lines += [["", f"{gas}, at rest", *at_rest(name, gas_of)] for gas, gas_of in GASES.items()]
+    sizes = [f"mean cos({'2' if m == 2 else ''} pi y/Delta)" for m in WAVES]
+    print(table(["grains", "", "largest n(0, y)", "smallest n(0, y)", "n at x = 1", *sizes], lines))
+    print(VERDICT)
 
 
 if __name__ == "__main__":
