@@ -203,7 +203,7 @@ def load(geometry, drive_x, drive_y, density, pressure, h, friction, a):
             here, behind = a.eta[i, j] + a.zeta[i, j], a.eta[i - 1, j] + a.zeta[i - 1, j]
             below = a.eta[i, j - 1] + a.zeta[i, j - 1]
             normal_x = (here * over_dx + behind / geometry.dx[i - 1]) * over_x
-            normal_y = (here * over_dy + below / geometry.dy[j - 1]) * over_y
+            normal_y = (here / geometry.dy[j] + below / geometry.dy[j - 1]) * over_y
             along_y = (a.corner[i, j] * over_y + a.corner[i, m] * geometry.inverse_y[j + 1]) * over_dy
             along_x = (a.corner[i, j] * over_x + a.corner[k, j] * geometry.inverse_x[i + 1]) * over_dx
             scale[0, i, j] = inertia[0, i, j] + h * (normal_x + along_y)
