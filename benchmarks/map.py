@@ -24,7 +24,8 @@ from hydro.cli import main as hydro
 from hydro.pictures.style import save
 
 PROBLEMS = Path(__file__).parent.parent / "problems"
-SETTLED = 1e-5  # drift, per unit time, up to which a state counts as found
+SETTLED = 1e-6  # drift, per unit time, up to which a state counts as found
+FAINT = 1e-5  # variation of n(0, y), relative, up to which it may grow: noise keeps extended states at some 1e-6
 CHANGING = "still changing"
 STATES = {
     "extended": ("0.55", "extended"),
@@ -51,17 +52,17 @@ start has ended in the extended state, another in a localized one.*
 
 The number of half-waves is that of the largest cosine in n(0, y); a state is extended where n(0, y) varies by less
 than 2% of its mean. It is found if the densities on the wall x = 0 change by less than {settled:g} of themselves per
-unit time between t = {before:g} and the end; else it is still changing. Friction, which steady states do not know, is
+unit time between t = {before:g} and the end and, in an extended state, their variation does not grow; else it is still
+changing. Friction, which steady states do not know, is
 stronger than in Fig. 4: with tau = 200 the dense starts slosh until a moving core cools to T = 1e-7, where the implicit
 integrator has to take very short steps."""
 
 READING = """
 **Selection.** Inside the tongue everything ends in one half-wave, whatever it starts from: two clusters are unstable to
-one growing at the other's cost, and have coarsened. Exceptions are next to the tongue's right-hand border, where all
-that grows or decays is slow, and where cells as wide as these move the border. Beyond it noise decays and a strong
-half-wave stays, as the subcritical bifurcation there wants it. About halfway to the fold this start is no longer in the
-basin of the localized state. The branch solver still has that state there, and evolution reaches it by steps in f: see
-`problems/hysteresis.toml`."""
+one growing at the other's cost, and have coarsened. What is still changing lies next to the tongue's border, where all
+that grows or decays is slow. Right of it noise decays and a strong half-wave stays, as the subcritical bifurcation
+there wants it. About halfway to the fold this start is no longer in the basin of the localized state. The branch solver
+still has that state there, and evolution reaches it by steps in f: see `problems/hysteresis.toml`."""
 
 
 def run(output: Path, deck: str, *overrides: str) -> Path:
@@ -74,16 +75,23 @@ def run(output: Path, deck: str, *overrides: str) -> Path:
     return folder
 
 
-def found(half_waves: float, drift: float) -> str:
+def found(half_waves: float, drift: float, grows: bool) -> str:
     """What a run has ended in."""
-    if not drift < SETTLED:
+    if not drift < SETTLED or (half_waves == 0 and grows):
         return CHANGING
     return NAMES[int(half_waves)] if half_waves < len(NAMES) else "more"
 
 
-def states(table: Any) -> np.ndarray:
+def grows(summary: dict[str, Any]) -> bool:
+    """Whether n(0, y) varies, and more so in the last snapshot of a run than in the one before."""
+    before, after = (row["wall_max"] / row["wall_min"] - 1.0 for row in summary["snapshots"][-2:])
+    return after > max(before, FAINT)
+
+
+def states(table: Any, members: list[dict[str, Any]]) -> np.ndarray:
     """Names of what was found, shape (f, aspect ratio, start)."""
-    return np.vectorize(found)(table.half_waves.values, table.drift.values)
+    growing = np.array([grows(summary) for summary in members])[table.member.values - 1]
+    return np.vectorize(found)(table.half_waves.values, table.drift.values, growing)
 
 
 def bistable(there: np.ndarray) -> np.ndarray:
@@ -152,12 +160,13 @@ def comparison(table: Any, there: np.ndarray, rows: list[dict[str, Any]], folds:
     from_noise = there[..., 0]
     fold = np.interp(ratios, folds["box.aspect_ratio"], folds.last_fold, left=np.nan)
     both = np.array([[not inside[i, j] and x < fold[j] for j in range(ratios.size)] for i, x in enumerate(f)])
+    beyond = ~inside & ~both
     right = f[:, None] > 0.02  # the left bifurcation is supercritical: nothing localized is outside the tongue there
     return [
         *said("inside the tongue", inside, "noise has not stayed extended", from_noise != "extended", f, ratios),
         *said("outside the tongue", ~inside, "noise has ended extended", from_noise == "extended", f, ratios),
         *said("between tongue and fold", both & right, "the start decides", bistable(there), f, ratios),
-        *said("beyond the fold", ~inside & ~both & right, "no start decides", ~bistable(there), f, ratios),
+        *said("beyond the fold, or where there is none", beyond & right, "no start decides", ~bistable(there), f, ratios),
     ]
 
 
@@ -179,16 +188,15 @@ def main() -> None:
     folds = open_sweep(run(options.output, "folds"))
     folder = run(options.output, "map")
     table, rows = open_sweep(folder), json.loads((marginal / "summary.json").read_text())["rows"]
-    there = states(table)
+    members = [entry["summary"] for entry in json.loads((folder / "summary.json").read_text())["members"]]
+    there = states(table, members)
     draw(options.folder / "map.png", table, there, rows, folds)
-    entries = json.loads((folder / "summary.json").read_text())["members"]
-    members = [entry["summary"] for entry in entries]
     from hydro.deck import load
 
     base = load(folder / "deck.toml").base
     times = [row["time"] for row in members[0]["snapshots"]]
     print(PAGE.format(
-        count=len(entries), end=times[-1], before=times[-2],
+        count=len(members), end=times[-1], before=times[-2],
         L=base.gas.L, K=base.gas.K, tau=base.gas.tau,
         cells=base.mesh.cells[1], nx=base.mesh.cells[0], stretch=base.mesh.stretch, settled=SETTLED,
         seconds=sum(member["wall_seconds"] for member in members),
