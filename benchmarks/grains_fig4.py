@@ -84,7 +84,9 @@ def grains(output: Path, name: str) -> dict[str, Any]:
     box = BOXES[name]
     folder = output / box.deck
     words = [str(PROBLEMS / f"{box.deck}.toml"), *box.overrides, "output.movie=true", "--output", str(folder)]
-    if not (folder / "summary.json").exists() and hydro([*words, "--overwrite"]):
+    summary = folder / "summary.json"
+    complete = summary.exists() and json.loads(summary.read_text())["completed"]
+    if not complete and hydro([*words, "--overwrite"]):
         raise SystemExit(f"{name} failed")
     ratio = load(folder / "deck.toml").box.aspect_ratio
     pictures = frames(folder / "frames")
@@ -94,7 +96,7 @@ def grains(output: Path, name: str) -> dict[str, Any]:
         "history": history, "time": history["time"], "wall_max": history["wall_max"], "wall_min": history["wall_min"],
         "frame_time": np.array([frame_time(path) for path in pictures]),
         "amplitudes": np.array([amplitudes(density, Mesh.rectangle(density.shape, ratio)) for density in fields]),
-        "summary": json.loads((folder / "summary.json").read_text()), "folder": folder,
+        "summary": json.loads(summary.read_text()), "folder": folder,
     }  # fmt: skip
 
 
