@@ -157,7 +157,7 @@ def comparison(table: Any, there: np.ndarray, rows: list[dict[str, Any]], folds:
     f, ratios = table["gas.f"].values, table["box.aspect_ratio"].values
     critical = {round(row["f"], 9): row["aspect_ratio"] or np.inf for row in rows if row["m"] == 1}
     inside = np.array([[ratio > critical[round(x, 9)] for ratio in ratios] for x in f])
-    from_noise = there[..., 0]
+    from_noise, decides = there[..., 0], bistable(there)
     fold = np.interp(ratios, folds["box.aspect_ratio"], folds.last_fold, left=np.nan)
     both = np.array([[not inside[i, j] and x < fold[j] for j in range(ratios.size)] for i, x in enumerate(f)])
     beyond = ~inside & ~both
@@ -165,8 +165,8 @@ def comparison(table: Any, there: np.ndarray, rows: list[dict[str, Any]], folds:
     return [
         *said("inside the tongue", inside, "noise has not stayed extended", from_noise != "extended", f, ratios),
         *said("outside the tongue", ~inside, "noise has ended extended", from_noise == "extended", f, ratios),
-        *said("between tongue and fold", both & right, "the start decides", bistable(there), f, ratios),
-        *said("beyond the fold, or where there is none", beyond & right, "no start decides", ~bistable(there), f, ratios),
+        *said("between tongue and fold", both & right, "the start decides", decides, f, ratios),
+        *said("beyond the fold, or where there is none", beyond & right, "no start decides", ~decides, f, ratios),
     ]
 
 
