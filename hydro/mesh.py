@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-ROUND_OFF = 1e-12  # relative, in the width of a cell
+ROUND_OFF = 4  # of a width, in units of that of the last face
 GHOSTS = 2  # cells beyond each side that the flow solver looks at
 
 
@@ -89,4 +89,5 @@ def widths(faces: np.ndarray) -> np.ndarray:
     """Distances between faces; the very same for all if they differ by round-off: mirror images are exact then."""
     between = np.diff(faces)
     mean = (faces[-1] - faces[0]) / between.size
-    return np.full_like(between, mean) if np.allclose(between, mean, rtol=ROUND_OFF, atol=0.0) else between
+    even = np.abs(between - mean).max() <= ROUND_OFF * np.spacing(np.abs(faces).max())
+    return np.full_like(between, mean) if even else between

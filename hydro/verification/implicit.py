@@ -155,7 +155,7 @@ def fig4(full: bool) -> Findings:
         claims += [
             at_most(TOPIC, f"{name}: drift of the mass", "round-off", abs(state.mass / mass - 1.0), 1e-12),
             at_most(TOPIC, f"{name}: residual of the energy's books", "round-off", abs(missing) / given.wall, 1e-10),
-            at_most(TOPIC, f"{name}: mirror symmetry of n", "round-off", mirror, 1e-9),
+            at_most(TOPIC, f"{name}: mirror symmetry of n", "exact", mirror, 1e-14),
         ]
     change = float(np.max(np.abs(numbers[0] / numbers[1] - 1.0)))
     claims.append(at_most(TOPIC, "Fig. 4: change by a quarter of the tolerance", "0", change, 0.01))
