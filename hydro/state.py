@@ -56,7 +56,8 @@ class State:
 
     @property
     def speed(self) -> np.ndarray:
-        return np.hypot(*self.velocity)
+        u, v = self.velocity
+        return np.sqrt(u * u + v * v)
 
     @property
     def sound_speed(self) -> np.ndarray:

@@ -90,8 +90,8 @@ def half_waves(line: np.ndarray, mesh: Mesh) -> int:
         return 0
     if mesh.periodic[1]:
         return 2 * int(np.argmax(np.abs(np.fft.rfft(line))[1:]) + 1)
-    cosines = np.cos(np.pi * np.outer(np.arange(1, line.size), mesh.y) / mesh.aspect_ratio)
-    return int(np.argmax(np.abs(cosines @ (line * mesh.dy))) + 1)
+    mirrored = np.concatenate([line, line[::-1]])  # its waves are cosines across the box
+    return int(np.argmax(np.abs(np.fft.rfft(mirrored))[1:-1]) + 1)
 
 
 def even_extrapolation(averages: np.ndarray, widths: np.ndarray) -> np.ndarray:
