@@ -71,7 +71,7 @@ def test_the_commands_name_decks_and_their_keys():
 
 def test_the_pictures_are_there():
     pictures = re.findall(r'<img src="([^"]+)"', README)
-    assert len(pictures) == 7 and all((ROOT / picture).stat().st_size > 0 for picture in pictures)
+    assert len(pictures) == 8 and all((ROOT / picture).stat().st_size > 0 for picture in pictures)
 
 
 def test_every_deck_is_in_the_table():
