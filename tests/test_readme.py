@@ -90,3 +90,14 @@ def test_links_lead_somewhere(page):
 
 def test_the_page_of_deck_keys_is_up_to_date():
     assert (ROOT / "docs" / "decks.md").read_text(encoding="utf-8").strip() == reference().strip()
+
+
+def test_the_benchmarks_find_what_they_import():
+    """All but the program that pyro2's own environment runs."""
+    folder = ROOT / "benchmarks"
+    modules = [path for path in folder.rglob("*.py") if path.stem not in ("pyro_worker", "__init__")]
+    names = [".".join(path.relative_to(folder).with_suffix("").parts) for path in modules]
+    assert len(names) > 20
+    program = "\n".join(f"import {name}" for name in names)
+    done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
