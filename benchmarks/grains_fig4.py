@@ -218,8 +218,8 @@ def boxes(results: dict[str, Any]) -> list[list[Any]]:
 PAGE = """# Fig. 4 by grains
 
 Printed by `python benchmarks/grains_fig4.py docs > docs/grains_fig4.md`, which runs `problems/grains_fig4.toml` and
-`problems/grains_matched.toml` (with larger grains: {changed}) in full: the box of Fig. 4, f = 0.0235, from two
-half-waves of 10%.
+`problems/grains_matched.toml` (with larger grains: {changed}) in full, one
+seed each: the box of Fig. 4, f = 0.0235, from two half-waves of 10%.
 """
 
 FIGURE = """
