@@ -14,6 +14,7 @@ import numpy as np
 from hydro.dynamics.integrator import Exchange, Integrator
 from hydro.dynamics.lagrange import LagrangeRemap
 from hydro.gas import Grossman
+from hydro.initial import cosine_averages
 from hydro.mesh import Mesh
 from hydro.runs.observables import wall_extremes
 from hydro.state import State
@@ -229,8 +230,7 @@ def ends(full: bool) -> Findings:
 def start(cells: int, aspect_ratio: float, wave: int) -> State:
     """A cosine with `wave` half-waves, as in Fig. 4, on `cells` cells per unit length."""
     mesh = Mesh.rectangle((cells, round(cells * aspect_ratio)), aspect_ratio)
-    density = F * (1.0 + 0.1 * np.cos(np.pi * wave * mesh.y / aspect_ratio))
-    return State.of(GAS, mesh, density, 1.0)
+    return State.of(GAS, mesh, F * (1.0 + 0.1 * cosine_averages(mesh, wave)), 1.0)
 
 
 def settle(integrator: Integrator, state: State, end: float) -> None:
