@@ -32,8 +32,12 @@ D11, D12, D21, D22, V11, V12, V21, V22 = range(8)
 XL_P, XL_T, XH_P, XH_T, YL_P, YL_T, YH_P, YH_T = range(8, 16)
 STENCIL = 16
 
+# Scratch lines of a level, (2, ny + 2): residuals, zeros, and three rows each of unknowns that follow one another.
+REST, ZERO, SWEPT, CORRECTED = 0, 1, 2, 5
+LINES = 8
+
 COARSEST = 3  # cells along a side
-CHEBYSHEV = (0.5620, 1.3885)  # weights that damp eigenvalues in [1/2, 2] best, by a factor of 4.6 together
+CHEBYSHEV = np.array([0.5620, 1.3885], np.float32)  # weights that damp eigenvalues in [1/2, 2] by 4.6, the best of two
 ONE, TWO = np.uint64(1), np.uint64(2)
 
 
@@ -51,8 +55,9 @@ class Level:
         self.faces_y = np.zeros((nx, COUPLINGS, ny), np.float32)
         self.stencil = np.zeros((nx, STENCIL, ny), np.float32)
         self.right = np.zeros((nx, 2, ny), np.float32)
-        self.change = np.zeros((nx, 2, ny), np.float32)
         self.unknowns = np.zeros((nx, 2, ny + 2), np.float32)  # with a ghost column on both sides
+        self.spare = np.zeros_like(self.unknowns)  # where new ones are written
+        self.lines = np.zeros((LINES, 2, ny + 2), np.float32)  # scratch
 
     def coarser(self) -> Level:
         """The level with pairs of cells joined, along every side that has more than COARSEST."""
@@ -95,17 +100,29 @@ class Hierarchy:
         self._inverse = np.linalg.inv(dense(self.levels[-1]))
 
     def cycle(self) -> None:
-        """One V-cycle, from zero, for the `right` of the finest level; the result is in its `unknowns`."""
-        for step in self._steps:
-            smooth(step.fine, first=True)
-            step.restrict()
+        """One cycle, from zero, for the `right` of the finest level; the result is in its `unknowns`."""
+        self._cycle(0, from_zero=True, again=True)
+
+    def _cycle(self, number: int, from_zero: bool, again: bool) -> None:
+        """An F-cycle from a level down, if coarser ones are to be visited `again`, else a V-cycle.
+
+        The second level is visited once: it costs a quarter of the finest, and the next ones do what is needed.
+        """
+        if number == len(self._steps):
+            self._solve_coarsest()
+            return
+        step = self._steps[number]
+        step.descend(from_zero)
+        self._cycle(number + 1, from_zero=True, again=again)
+        if again and number > 0:
+            self._cycle(number + 1, from_zero=False, again=False)
+        step.ascend()
+
+    def _solve_coarsest(self) -> None:
         coarsest = self.levels[-1]
         solution = self._inverse @ coarsest.right.reshape(-1)
         coarsest.unknowns[:, :, 1:-1] = solution.reshape(coarsest.right.shape)
-        wrap(coarsest)
-        for step in reversed(self._steps):
-            step.prolong()
-            smooth(step.fine, first=False)
+        wrap(coarsest.unknowns, coarsest.periodic)
 
 
 class Step:
@@ -131,19 +148,24 @@ class Step:
         add_faces_x(fine.faces_x, self._owner_x, self._first, self._ratio_x, coarse.faces_x)
         add_faces_y(fine.faces_y, self._owner_x, self._first, self._ratio_y, coarse.faces_y)
 
-    def restrict(self) -> None:
-        """Residuals of the fine level, summed, become the coarse right-hand side."""
+    def descend(self, from_zero: bool) -> None:
+        """Smooth the fine unknowns, or zero; the residuals that stay, summed, become the coarse right-hand side."""
         fine, coarse = self.fine, self.coarse
-        residual(fine.stencil, fine.faces_x, fine.faces_y, fine.unknowns, fine.right, fine.change)
-        add_up(fine.change, self._owner_x, self._first, coarse.right)
-
-    def prolong(self) -> None:
-        """Add the coarse correction, interpolated."""
-        interpolate(
-            self.coarse.unknowns, self._low_x, self._high_x, self._shares_x, self._low, self._high, self._shares,
-            self.fine.unknowns,
+        descend(
+            CHEBYSHEV, fine.stencil, fine.faces_x, fine.faces_y, fine.periodic[1], fine.right, fine.unknowns, from_zero,
+            fine.lines, fine.spare, self._owner_x, self._first, coarse.right,
         )  # fmt: skip
-        wrap(self.fine)
+        fine.unknowns, fine.spare = fine.spare, fine.unknowns
+
+    def ascend(self) -> None:
+        """Add the coarse correction, interpolated, and smooth."""
+        fine, coarse = self.fine, self.coarse
+        ascend(
+            CHEBYSHEV, fine.stencil, fine.faces_x, fine.faces_y, fine.periodic[1], fine.right, fine.unknowns,
+            coarse.unknowns, self._low_x, self._high_x, self._shares_x, self._low, self._high, self._shares,
+            fine.lines, fine.spare,
+        )  # fmt: skip
+        fine.unknowns, fine.spare = fine.spare, fine.unknowns
 
 
 def neighbours(fine: Level, coarse: Level, axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -159,36 +181,24 @@ def neighbours(fine: Level, coarse: Level, axis: int) -> tuple[np.ndarray, np.nd
     return np.maximum(high - 1, 0), np.minimum(high, count - 1), shares.astype(np.float32)
 
 
-def smooth(level: Level, first: bool) -> None:
-    """Block Jacobi sweeps with Chebyshev weights; the first one from zero if `first`."""
-    for number, weight in enumerate(CHEBYSHEV):
-        if first and number == 0:
-            level.unknowns[:] = 0.0
-            relax(level.stencil, level.right, np.float32(weight), level.unknowns)
-        else:
-            residual(level.stencil, level.faces_x, level.faces_y, level.unknowns, level.right, level.change)
-            relax(level.stencil, level.change, np.float32(weight), level.unknowns)
-        wrap(level)
-
-
-def wrap(level: Level) -> None:
+def wrap(unknowns: np.ndarray, periodic: tuple[bool, bool]) -> None:
     """Ghost columns: across a periodic side. At walls nothing looks at them."""
-    if level.periodic[1]:
-        level.unknowns[:, :, 0] = level.unknowns[:, :, -2]
-        level.unknowns[:, :, -1] = level.unknowns[:, :, 1]
+    if periodic[1]:
+        unknowns[:, :, 0] = unknowns[:, :, -2]
+        unknowns[:, :, -1] = unknowns[:, :, 1]
 
 
 def dense(level: Level) -> np.ndarray:
     """The matrix of a level, (2 nx ny, 2 nx ny), column by column."""
     size = level.right.size
     matrix = np.empty((size, size))
-    zero = np.zeros_like(level.right)
+    zero, out = np.zeros_like(level.right), np.zeros_like(level.right)
     for k in range(size):
-        level.unknowns[:] = 0.0
-        level.unknowns[:, :, 1:-1][np.unravel_index(k, level.right.shape)] = 1.0
-        wrap(level)
-        residual(level.stencil, level.faces_x, level.faces_y, level.unknowns, zero, level.change)
-        matrix[:, k] = -level.change.reshape(-1)
+        unknowns = np.zeros_like(level.unknowns)
+        unknowns[:, :, 1:-1][np.unravel_index(k, level.right.shape)] = 1.0
+        wrap(unknowns, level.periodic)
+        residual(level.stencil, level.faces_x, level.faces_y, unknowns, zero, out)
+        matrix[:, k] = -out.reshape(-1)
     return matrix
 
 
@@ -254,23 +264,28 @@ def residual(stencil, faces_x, faces_y, unknowns, right, out):
     """out = right - matrix unknowns, (nx, 2, ny)."""
     nx = right.shape[0]
     for i in range(nx):
-        behind, ahead = (i - 1) % nx, (i + 1) % nx
-        residual_row(
-            stencil[i, D11], stencil[i, D12], stencil[i, D21], stencil[i, D22],
-            stencil[i, XL_P], stencil[i, XL_T], stencil[i, XH_P], stencil[i, XH_T],
-            stencil[i, YL_P], stencil[i, YL_T], stencil[i, YH_P], stencil[i, YH_T],
-            faces_x[i, MASS], faces_x[ahead, MASS], faces_y[i, MASS],
-            unknowns[behind, 0], unknowns[behind, 1], unknowns[i, 0], unknowns[i, 1],
-            unknowns[ahead, 0], unknowns[ahead, 1], right[i, 0], right[i, 1], out[i, 0], out[i, 1],
-        )  # fmt: skip
+        behind, ahead = unknowns[(i - 1) % nx], unknowns[(i + 1) % nx]
+        residual_row(stencil, faces_x, faces_y, i, behind, unknowns[i], ahead, right[i], out[i])
 
 
 @part(exact=True)
-def residual_row(
+def residual_row(stencil, faces_x, faces_y, i, behind, here, ahead, right, out):
+    """Residuals (2, ny) of row i from the unknowns (2, ny + 2) of three rows."""
+    residual_line(
+        stencil[i, D11], stencil[i, D12], stencil[i, D21], stencil[i, D22],
+        stencil[i, XL_P], stencil[i, XL_T], stencil[i, XH_P], stencil[i, XH_T],
+        stencil[i, YL_P], stencil[i, YL_T], stencil[i, YH_P], stencil[i, YH_T],
+        faces_x[i, MASS], faces_x[(i + 1) % stencil.shape[0], MASS], faces_y[i, MASS],
+        behind[0], behind[1], here[0], here[1], ahead[0], ahead[1], right[0], right[1], out[0], out[1],
+    )  # fmt: skip
+
+
+@part(exact=True)
+def residual_line(
     d11, d12, d21, d22, xl_p, xl_t, xh_p, xh_t, yl_p, yl_t, yh_p, yh_t, mass_low, mass_high, mass_y,
     p_behind, t_behind, p, t, p_ahead, t_ahead, right_1, right_2, out_1, out_2,
 ):  # fmt: skip
-    """One row of cells."""
+    """The same with every field by its name."""
     count = np.uint64(d11.size)
     last = count - ONE
     for j in range(count):
@@ -284,22 +299,99 @@ def residual_row(
         out_2[j] = right_2[j] - d21[j] * p[k] - d22[j] * t[k] - (across + along)
 
 
-@kernel(exact=True)
-def relax(stencil, change, weight, unknowns):
-    """unknowns += weight times inverse blocks times residual."""
-    for i in range(change.shape[0]):
-        relax_row(
-            stencil[i, V11], stencil[i, V12], stencil[i, V21], stencil[i, V22], change[i, 0], change[i, 1], weight,
-            unknowns[i, 0], unknowns[i, 1],
-        )  # fmt: skip
+@part(exact=True)
+def relax_row(stencil, i, rest, here, weight, periodic, out):
+    """out = here + weight times inverse blocks times residuals, in row i, with its ghost columns."""
+    relax_line(
+        stencil[i, V11], stencil[i, V12], stencil[i, V21], stencil[i, V22], rest[0], rest[1], weight, here[0], here[1],
+        out[0], out[1],
+    )  # fmt: skip
+    if periodic:
+        for field in range(2):
+            out[field, 0], out[field, -1] = out[field, -2], out[field, 1]
 
 
 @part(exact=True)
-def relax_row(v11, v12, v21, v22, r_1, r_2, weight, p, t):
-    """One row of cells."""
-    for j in range(np.uint64(r_1.size)):
-        p[j + ONE] += weight * (v11[j] * r_1[j] + v12[j] * r_2[j])
-        t[j + ONE] += weight * (v21[j] * r_1[j] + v22[j] * r_2[j])
+def relax_line(v11, v12, v21, v22, r_1, r_2, weight, p, t, p_new, t_new):
+    """The same with every field by its name."""
+    for j in range(np.uint64(v11.size)):
+        k = j + ONE
+        p_new[k] = p[k] + weight * (v11[j] * r_1[j] + v12[j] * r_2[j])
+        t_new[k] = t[k] + weight * (v21[j] * r_1[j] + v22[j] * r_2[j])
+
+
+@kernel(exact=True)
+def descend(
+    weights, stencil, faces_x, faces_y, periodic, right, unknowns, from_zero, lines, out, owner_x, first, coarse
+):  # fmt: skip
+    """Two sweeps from `unknowns`, or from zero, into `out`; the residuals that stay, summed, into `coarse`.
+
+    All in one passage over the rows, so that memory is read once: the second sweep follows one row behind the first,
+    the residuals one row behind that. Where x is periodic, rows come again at both ends.
+    """
+    nx, rest = right.shape[0], lines[REST]
+    coarse[:] = 0.0
+    for k in range(-2, nx + 2):
+        i, new = k % nx, lines[SWEPT + k % 3]
+        if k <= nx and from_zero:
+            relax_row(stencil, i, right[i], lines[ZERO], weights[0], periodic, new)
+        elif k <= nx:
+            behind, ahead = unknowns[(i - 1) % nx], unknowns[(i + 1) % nx]
+            residual_row(stencil, faces_x, faces_y, i, behind, unknowns[i], ahead, right[i], rest)
+            relax_row(stencil, i, rest, unknowns[i], weights[0], periodic, new)
+        if 0 <= k <= nx:
+            sweep(weights[1], stencil, faces_x, faces_y, periodic, right, lines, SWEPT, k - 1, out[(k - 1) % nx])
+        if k >= 2:
+            i = k - 2
+            residual_row(stencil, faces_x, faces_y, i, out[(i - 1) % nx], out[i], out[(i + 1) % nx], right[i], rest)
+            for field in range(2):
+                join_row(rest[field, : right.shape[2]], first, coarse[owner_x[i], field])
+
+
+@part(exact=True)
+def sweep(weight, stencil, faces_x, faces_y, periodic, right, lines, start, k, out):
+    """Row k of a sweep from the rows that `lines` hold from `start` on, each at its number modulo three."""
+    i, rest, here = k % right.shape[0], lines[REST], lines[start + k % 3]
+    behind, ahead = lines[start + (k - 1) % 3], lines[start + (k + 1) % 3]
+    residual_row(stencil, faces_x, faces_y, i, behind, here, ahead, right[i], rest)
+    relax_row(stencil, i, rest, here, weight, periodic, out)
+
+
+@kernel(exact=True)
+def ascend(
+    weights, stencil, faces_x, faces_y, periodic, right, unknowns, coarse, low_x, high_x, shares_x, low_y, high_y,
+    shares_y, lines, out,
+):  # fmt: skip
+    """Two sweeps from `unknowns` and the interpolated `coarse` ones into `out`, in one passage as in `descend`."""
+    nx = right.shape[0]
+    for k in range(-2, nx + 2):
+        i, new = k % nx, lines[CORRECTED + k % 3]
+        below, above = coarse[low_x[i]], coarse[high_x[i]]
+        for field in range(2):
+            blend_row(below[field], above[field], shares_x[0, i], shares_x[1, i], lines[REST, field])
+            interpolate_row(unknowns[i, field], lines[REST, field], low_y, high_y, shares_y, new[field])
+            if periodic:
+                new[field, 0], new[field, -1] = new[field, -2], new[field, 1]
+        if k >= 0:
+            new = lines[SWEPT + (k - 1) % 3]
+            sweep(weights[0], stencil, faces_x, faces_y, periodic, right, lines, CORRECTED, k - 1, new)
+        if k >= 2:
+            sweep(weights[1], stencil, faces_x, faces_y, periodic, right, lines, SWEPT, k - 2, out[k - 2])
+
+
+@part(exact=True)
+def blend_row(below, above, under, over, out):
+    """A row between two coarse ones, with ghost columns."""
+    for j in range(np.uint64(below.size)):
+        out[j] = under * below[j] + over * above[j]
+
+
+@part(exact=True)
+def interpolate_row(here, coarse, low, high, shares, out):
+    """out = here + the interpolated coarse row; all with ghost columns."""
+    under, over = shares[0], shares[1]
+    for j in range(np.uint64(under.size)):
+        out[j + ONE] = here[j + ONE] + (under[j] * coarse[low[j] + 1] + over[j] * coarse[high[j] + 1])
 
 
 @kernel(exact=True)
@@ -357,18 +449,3 @@ def pick_row(fine, first, ratio, longer, coarse):
     for m in range(np.uint64(coarse.size)):
         j = np.uint64(first[m])
         coarse[m] += fine[j] * (ratio[j] if longer else np.float32(1.0))
-
-
-@kernel(exact=True)
-def interpolate(coarse, low_x, high_x, shares_x, low_y, high_y, shares_y, fine):
-    """Add bilinear interpolation of the coarse unknowns; both with ghost columns."""
-    for i in range(fine.shape[0]):
-        for field in range(2):
-            below, above = coarse[low_x[i], field], coarse[high_x[i], field]
-            under, over = shares_x[0, i], shares_x[1, i]
-            line = fine[i, field]
-            for j in range(fine.shape[2] - 2):
-                k, m = low_y[j] + 1, high_y[j] + 1
-                left = under * below[k] + over * above[k]
-                right = under * below[m] + over * above[m]
-                line[j + 1] += shares_y[0, j] * left + shares_y[1, j] * right
