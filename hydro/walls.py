@@ -20,14 +20,34 @@ ITERATIONS = 50
 TOLERANCE = 1e-8  # of the last of Newton's changes: the error left is of the order of its square
 
 
-@compiled_methods
-class VibratingWall(NamedTuple):
-    """kappa dT/dx = K W n T^(1/2), Eq. (wall1) with q = (2/pi)^(1/2) A^2 omega^2 n T^(1/2).
+class HeatedFace:
+    """What the laws share: heat conducted from the wall to the centre of the last cell."""
 
-    W = 0 is an elastic wall.
-    """
+    def conducted_slopes(self, gas, n, T, half_width, wall):
+        """Slopes, in n and T of the last cell and in the wall temperature, of the heat conducted from the wall."""
+        p_n, p_T = gas.pressure_slopes(n, T)
+        k_n, k_T = gas.conductivity_slopes(n, T)
+        n_wall = gas.density(gas.pressure(n, T), wall)
+        n_wall_p, n_wall_T = gas.density_slopes(n_wall, wall)
+        wall_k_n, wall_k_T = gas.conductivity_slopes(n_wall, wall)
+        conductance = 0.5 * (gas.conductivity(n, T) + gas.conductivity(n_wall, wall)) / half_width
+        lever = 0.5 * (wall - T) / half_width
+        in_n = lever * (k_n + wall_k_n * n_wall_p * p_n)
+        in_T = lever * (k_T + wall_k_n * n_wall_p * p_T) - conductance
+        return in_n, in_T, lever * (wall_k_T + wall_k_n * n_wall_T) + conductance
+
+
+class VibratingWallConstants(NamedTuple):
+    """W = 0 is an elastic wall."""
 
     W: float
+
+
+@compiled_methods
+class VibratingWall(VibratingWallConstants, HeatedFace):
+    """kappa dT/dx = K W n T^(1/2), Eq. (wall1) with q = (2/pi)^(1/2) A^2 omega^2 n T^(1/2)."""
+
+    __slots__ = ()
 
     def face(self, gas, n, T, half_width, guess):
         """(heat flux into the gas, wall temperature) for a last cell of density n, temperature T.
@@ -54,8 +74,7 @@ class VibratingWall(NamedTuple):
     def excess(self, gas, p, kappa, T, half_width, wall):
         """Heat given by a wall of temperature `wall` less the heat conducted from it, and the slope of that."""
         n_wall = gas.density(p, wall)
-        p_n, p_T = gas.pressure_slopes(n_wall, wall)
-        n_slope = -p_T / p_n
+        _, n_slope = gas.density_slopes(n_wall, wall)
         k_n, k_T = gas.conductivity_slopes(n_wall, wall)
         conductance = 0.5 * (kappa + gas.conductivity(n_wall, wall)) / half_width
         root = np.sqrt(wall)
@@ -66,24 +85,30 @@ class VibratingWall(NamedTuple):
     def face_slopes(self, gas, n, T, half_width, wall):
         """(d flux/dn, d flux/dT) of the last cell, for the wall temperature that `face` found there."""
         p, (p_n, p_T) = gas.pressure(n, T), gas.pressure_slopes(n, T)
-        conducted_n, conducted_T, conducted_wall = conducted_slopes(gas, n, T, half_width, wall)
-        given_p, given_wall = self._given_slopes(gas, p, wall)
+        conducted_n, conducted_T, conducted_wall = self.conducted_slopes(gas, n, T, half_width, wall)
+        given_p, given_wall = self.given_slopes(gas, p, wall)
         wall_n = (conducted_n - given_p * p_n) / (given_wall - conducted_wall)
         wall_T = (conducted_T - given_p * p_T) / (given_wall - conducted_wall)
         return given_p * p_n + given_wall * wall_n, given_p * p_T + given_wall * wall_T
 
-    def _given_slopes(self, gas, p, wall):
+    def given_slopes(self, gas, p, wall):
         """Slopes of the heat K W n T^(1/2) in the pressure and in the wall temperature."""
-        n_p, n_T = density_slopes(gas, gas.density(p, wall), wall)
+        n_p, n_T = gas.density_slopes(gas.density(p, wall), wall)
         root = np.sqrt(wall)
         return gas.K * self.W * n_p * root, gas.K * self.W * (n_T * root + 0.5 * gas.density(p, wall) / root)
 
 
-@compiled_methods
-class ThermalWall(NamedTuple):
-    """T = temperature at the wall."""
+class ThermalWallConstants(NamedTuple):
+    """The temperature of the wall."""
 
     temperature: float
+
+
+@compiled_methods
+class ThermalWall(ThermalWallConstants, HeatedFace):
+    """T = temperature at the wall."""
+
+    __slots__ = ()
 
     def face(self, gas, n, T, half_width, guess):
         """(heat flux into the gas, wall temperature), as for the vibrating wall; `guess` is not needed."""
@@ -93,28 +118,8 @@ class ThermalWall(NamedTuple):
 
     def face_slopes(self, gas, n, T, half_width, wall):
         """(d flux/dn, d flux/dT) of the last cell."""
-        conducted_n, conducted_T, _ = conducted_slopes(gas, n, T, half_width, wall)
+        conducted_n, conducted_T, _ = self.conducted_slopes(gas, n, T, half_width, wall)
         return conducted_n, conducted_T
-
-
-def conducted_slopes(gas, n, T, half_width, wall):
-    """Slopes, in n and T of the last cell and in the wall temperature, of the heat conducted from the wall."""
-    p_n, p_T = gas.pressure_slopes(n, T)
-    k_n, k_T = gas.conductivity_slopes(n, T)
-    n_wall = gas.density(gas.pressure(n, T), wall)
-    n_wall_p, n_wall_T = density_slopes(gas, n_wall, wall)
-    wall_k_n, wall_k_T = gas.conductivity_slopes(n_wall, wall)
-    conductance = 0.5 * (gas.conductivity(n, T) + gas.conductivity(n_wall, wall)) / half_width
-    lever = 0.5 * (wall - T) / half_width
-    in_n = lever * (k_n + wall_k_n * n_wall_p * p_n)
-    in_T = lever * (k_T + wall_k_n * n_wall_p * p_T) - conductance
-    return in_n, in_T, lever * (wall_k_T + wall_k_n * n_wall_T) + conductance
-
-
-def density_slopes(gas, n, T):
-    """(dn/dp at fixed T, dn/dT at fixed p)."""
-    p_n, p_T = gas.pressure_slopes(n, T)
-    return 1.0 / p_n, -p_T / p_n
 
 
 WALLS.add("vibrating", VibratingWall)

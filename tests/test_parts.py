@@ -431,6 +431,7 @@ def test_multigrid_solves_the_equations_of_the_implicit_step(stretch, periodic):
         faces[:, 3:] = 0.05 * rng.standard_normal(faces[:, 3:].shape)
         if not periodic[axis]:
             faces[0 if axis == 0 else (slice(None), slice(None), 0)] = 0.0
+    multigrid.build(*finest.equations())
     hierarchy.prepare()
     matrix = multigrid.dense(finest)
     wanted = rng.standard_normal(finest.right.size)

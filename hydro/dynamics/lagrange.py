@@ -227,8 +227,7 @@ class LagrangeRemap(Integrator):
         for iteration in range(ITERATIONS):
             balance(self.gas, self.wall, self._grid, P, T, h, friction, work, finest.right)
             if iteration == 0:
-                couple(self.gas, self._grid, P, T, h, friction, work, finest.local, finest.faces_x, finest.faces_y)
-                self._couple_wall(P[-1], T[-1], h, finest)
+                couple(self.gas, self.wall, self._grid, P, T, h, friction, work, *finest.equations())
                 self._hierarchy.prepare()
             self._hierarchy.cycle()
             before, change = change, correct(finest.unknowns, iteration > 0, work.suggested, work.taken, P, T)
@@ -239,16 +238,6 @@ class LagrangeRemap(Integrator):
             if change == 0.0 or (iteration > 0 and change * rate / (1.0 - rate) < enough):
                 return
         raise StepRejected(f"the implicit stage does not converge: last change {change:.2g}")
-
-    def _couple_wall(self, P: np.ndarray, T: np.ndarray, h: float, finest: multigrid.Level) -> None:
-        """The derivative of the wall's heat, into the local terms of the last row of cells."""
-        if self._grid.heat.periodic_x or self.gas.K == 0.0:
-            return
-        n, half_width = self.gas.density(P, T), 0.5 * self.mesh.dx[-1]
-        in_n, in_T = self.wall.face_slopes(self.gas, n, T, half_width, self._work.wall_temperature)
-        p_n, p_T = self.gas.pressure_slopes(n, T)
-        finest.local[-1, 2] -= h * self.mesh.dy * in_n / p_n
-        finest.local[-1, 3] -= h * self.mesh.dy * (in_T - in_n * p_T / p_n)
 
     def _judge(self, error: float, dt: float, trial: State) -> None:
         """Choose the next step; StepRejected if this one changed more than foreseen, or left the bounds."""
@@ -666,8 +655,8 @@ def balance_row(density, cooling, T, base_n, base_e, width, dy, h, friction, lin
 
 
 @kernel(exact=True)
-def couple(gas, grid, P, T, h, friction, work, local, faces_x, faces_y):
-    """Derivatives of the balances: local terms and couplings across faces, for `multigrid`. After `balance`."""
+def couple(gas, wall, grid, P, T, h, friction, work, local, faces_x, faces_y, stencil):
+    """Derivatives of the balances, for `multigrid`: local terms, couplings across faces, stencils. After `balance`."""
     geometry = grid.heat
     nx = P.shape[0]
     push = h * h / (1.0 + h * friction)
@@ -676,6 +665,7 @@ def couple(gas, grid, P, T, h, friction, work, local, faces_x, faces_y):
             gas, work.density[i], T[i], geometry.dx[i], geometry.dy, h, local[i, 0], local[i, 1], local[i, 2],
             local[i, 3], work.kappa_slopes[0, i], work.kappa_slopes[1, i],
         )  # fmt: skip
+    couple_wall(gas, wall, geometry, work.density[-1], T[-1], h, work.wall_temperature, local[-1, 2], local[-1, 3])
     for i in range(nx):
         if i > 0 or geometry.periodic_x:
             inverse = geometry.inverse_x[i]
@@ -688,6 +678,9 @@ def couple(gas, grid, P, T, h, friction, work, local, faces_x, faces_y):
             geometry, T[i], work.kappa[i], work.kappa_slopes[0, i], work.kappa_slopes[1, i], work.carried_y[FLOW, i],
             work.carried_y[ENERGY, i], push, 0.5 * h * geometry.dx[i], faces_y, i,
         )  # fmt: skip
+        if i > 0:
+            multigrid.build_row(local, faces_x, faces_y, i - 1, stencil)
+    multigrid.build_row(local, faces_x, faces_y, nx - 1, stencil)
 
 
 @part(exact=True)
@@ -695,15 +688,26 @@ def couple_cells(gas, density, T, width, dy, h, l11, l12, l21, l22, kappa_P, kap
     """Local terms of one row of cells, and the slopes of its conductivities in P and in T."""
     for j in range(np.uint64(density.size)):
         area, n, here = width * dy[j], density[j], T[j]
-        p_n, p_T = gas.pressure_slopes(n, here)
-        n_P = 1.0 / p_n
-        n_T = -p_T * n_P
+        n_P, n_T = gas.density_slopes(n, here)
         i_n, i_T = gas.cooling_slopes(n, here)
         k_n, k_T = gas.conductivity_slopes(n, here)
         l11[j], l12[j] = area * n_P, area * n_T
         l21[j] = area * (n_P * here + h * i_n * n_P)
         l22[j] = area * (n + n_T * here + h * (i_n * n_T + i_T))
         kappa_P[j], kappa_T[j] = k_n * n_P, k_T + k_n * n_T
+
+
+@part(exact=True)
+def couple_wall(gas, wall, geometry, density, T, h, wall_temperature, l21, l22):
+    """The derivatives of the wall's heat, into the local terms of the last row of cells."""
+    if geometry.periodic_x or gas.K == 0.0:
+        return
+    for j in range(T.size):
+        n, here = density[j], T[j]
+        in_n, in_T = wall.face_slopes(gas, n, here, 0.5 * geometry.dx[-1], wall_temperature[j])
+        n_P, n_T = gas.density_slopes(n, here)
+        l21[j] -= h * geometry.dy[j] * in_n * n_P
+        l22[j] -= h * geometry.dy[j] * (in_T + in_n * n_T)
 
 
 @part(exact=True)

@@ -59,6 +59,10 @@ class Level:
         self.spare = np.zeros_like(self.unknowns)  # where new ones are written
         self.lines = np.zeros((LINES, 2, ny + 2), np.float32)  # scratch
 
+    def equations(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Local terms, couplings in x and in y, and the stencils that `build` makes of them."""
+        return self.local, self.faces_x, self.faces_y, self.stencil
+
     def coarser(self) -> Level:
         """The level with pairs of cells joined, along every side that has more than COARSEST."""
         return Level((joined(self.widths[0]), joined(self.widths[1])), self.periodic)
@@ -82,7 +86,7 @@ def joined(widths: np.ndarray) -> np.ndarray:
 
 
 class Hierarchy:
-    """All levels, the finest first. Fill the finest level's `local`, `faces_x`, `faces_y`, then call `prepare`."""
+    """All levels, the finest first. Fill the `equations` of the finest, then call `prepare`."""
 
     def __init__(self, mesh: Mesh):
         self.levels = [Level((mesh.dx, mesh.dy), mesh.periodic)]
@@ -92,11 +96,9 @@ class Hierarchy:
         self._inverse = np.zeros((1, 1))
 
     def prepare(self) -> None:
-        """Stencils of all levels from the couplings of the finest."""
+        """The coarser levels from the finest."""
         for step in self._steps:
             step.couple()
-        for level in self.levels:
-            build(level.local, level.faces_x, level.faces_y, level.stencil)
         self._inverse = np.linalg.inv(dense(self.levels[-1]))
 
     def cycle(self) -> None:
@@ -120,9 +122,10 @@ class Hierarchy:
 
     def _solve_coarsest(self) -> None:
         coarsest = self.levels[-1]
-        solution = self._inverse @ coarsest.right.reshape(-1)
-        coarsest.unknowns[:, :, 1:-1] = solution.reshape(coarsest.right.shape)
-        wrap(coarsest.unknowns, coarsest.periodic)
+        solution = (self._inverse @ coarsest.right.reshape(-1)).reshape(coarsest.right.shape)
+        coarsest.unknowns[:, :, 1:-1] = solution
+        if coarsest.periodic[1]:
+            coarsest.unknowns[:, :, [0, -1]] = solution[:, :, [-1, 0]]
 
 
 class Step:
@@ -142,11 +145,12 @@ class Step:
         self._low_x, self._high_x, self._shares_x = neighbours(fine, coarse, 0)
 
     def couple(self) -> None:
-        """Local terms and couplings of the coarse level."""
+        """The equations of the coarse level."""
         fine, coarse = self.fine, self.coarse
         add_up(fine.local, self._owner_x, self._first, coarse.local)
         add_faces_x(fine.faces_x, self._owner_x, self._first, self._ratio_x, coarse.faces_x)
         add_faces_y(fine.faces_y, self._owner_x, self._first, self._ratio_y, coarse.faces_y)
+        build(*coarse.equations())
 
     def descend(self, from_zero: bool) -> None:
         """Smooth the fine unknowns, or zero; the residuals that stay, summed, become the coarse right-hand side."""
@@ -181,38 +185,54 @@ def neighbours(fine: Level, coarse: Level, axis: int) -> tuple[np.ndarray, np.nd
     return np.maximum(high - 1, 0), np.minimum(high, count - 1), shares.astype(np.float32)
 
 
-def wrap(unknowns: np.ndarray, periodic: tuple[bool, bool]) -> None:
-    """Ghost columns: across a periodic side. At walls nothing looks at them."""
-    if periodic[1]:
-        unknowns[:, :, 0] = unknowns[:, :, -2]
-        unknowns[:, :, -1] = unknowns[:, :, 1]
-
-
 def dense(level: Level) -> np.ndarray:
     """The matrix of a level, (2 nx ny, 2 nx ny), column by column."""
-    size = level.right.size
-    matrix = np.empty((size, size))
-    zero, out = np.zeros_like(level.right), np.zeros_like(level.right)
-    for k in range(size):
-        unknowns = np.zeros_like(level.unknowns)
-        unknowns[:, :, 1:-1][np.unravel_index(k, level.right.shape)] = 1.0
-        wrap(unknowns, level.periodic)
-        residual(level.stencil, level.faces_x, level.faces_y, unknowns, zero, out)
-        matrix[:, k] = -out.reshape(-1)
+    matrix = np.empty((level.right.size, level.right.size))
+    unit, out = np.zeros_like(level.unknowns), np.zeros_like(level.right)
+    zero = np.zeros_like(level.right)
+    columns(level.stencil, level.faces_x, level.faces_y, level.periodic[1], zero, unit, out, matrix)
     return matrix
+
+
+@kernel(exact=True)
+def columns(stencil, faces_x, faces_y, periodic, zero, unit, out, matrix):
+    """What the matrix makes of every unit vector."""
+    nx, fields, ny = zero.shape
+    for k in range(matrix.shape[0]):
+        row = unit[k // (fields * ny), k // ny % fields]
+        row[k % ny + 1] = 1.0
+        wrap_row(row, periodic)
+        for i in range(nx):
+            residual_row(stencil, faces_x, faces_y, i, unit[i - 1], unit[i], unit[(i + 1) % nx], zero[i], out[i])
+            for field in range(fields):
+                for j in range(ny):
+                    matrix[(i * fields + field) * ny + j, k] = -out[i, field, j]
+        row[:] = 0.0
+
+
+@part(exact=True)
+def wrap_row(row, periodic):
+    """Ghost columns: across a periodic side. At walls nothing looks at them."""
+    if periodic:
+        row[0], row[-1] = row[-2], row[1]
 
 
 @kernel(exact=True)
 def build(local, faces_x, faces_y, stencil):
     """Stencils from local terms (nx, 4, ny) and couplings (nx, COUPLINGS, ny)."""
-    nx = local.shape[0]
-    for i in range(nx):
-        for q in range(4):
-            for j in range(local.shape[2]):
-                stencil[i, D11 + q, j] = local[i, q, j]
-        couple_row(faces_x, i, (i + 1) % nx, stencil)
-        couple_line(faces_y, i, stencil)
-        invert_row(stencil, i)
+    for i in range(local.shape[0]):
+        build_row(local, faces_x, faces_y, i, stencil)
+
+
+@part(exact=True)
+def build_row(local, faces_x, faces_y, i, stencil):
+    """Row i of them."""
+    for q in range(4):
+        for j in range(local.shape[2]):
+            stencil[i, D11 + q, j] = local[i, q, j]
+    couple_row(faces_x, i, (i + 1) % local.shape[0], stencil)
+    couple_line(faces_y, i, stencil)
+    invert_row(stencil, i)
 
 
 @part(exact=True)
@@ -259,15 +279,6 @@ def invert_row(stencil, i):
         v11[j], v12[j], v21[j], v22[j] = d22[j] * over, -d12[j] * over, -d21[j] * over, d11[j] * over
 
 
-@kernel(exact=True)
-def residual(stencil, faces_x, faces_y, unknowns, right, out):
-    """out = right - matrix unknowns, (nx, 2, ny)."""
-    nx = right.shape[0]
-    for i in range(nx):
-        behind, ahead = unknowns[(i - 1) % nx], unknowns[(i + 1) % nx]
-        residual_row(stencil, faces_x, faces_y, i, behind, unknowns[i], ahead, right[i], out[i])
-
-
 @part(exact=True)
 def residual_row(stencil, faces_x, faces_y, i, behind, here, ahead, right, out):
     """Residuals (2, ny) of row i from the unknowns (2, ny + 2) of three rows."""
@@ -306,9 +317,8 @@ def relax_row(stencil, i, rest, here, weight, periodic, out):
         stencil[i, V11], stencil[i, V12], stencil[i, V21], stencil[i, V22], rest[0], rest[1], weight, here[0], here[1],
         out[0], out[1],
     )  # fmt: skip
-    if periodic:
-        for field in range(2):
-            out[field, 0], out[field, -1] = out[field, -2], out[field, 1]
+    wrap_row(out[0], periodic)
+    wrap_row(out[1], periodic)
 
 
 @part(exact=True)
@@ -370,8 +380,7 @@ def ascend(
         for field in range(2):
             blend_row(below[field], above[field], shares_x[0, i], shares_x[1, i], lines[REST, field])
             interpolate_row(unknowns[i, field], lines[REST, field], low_y, high_y, shares_y, new[field])
-            if periodic:
-                new[field, 0], new[field, -1] = new[field, -2], new[field, 1]
+            wrap_row(new[field], periodic)
         if k >= 0:
             new = lines[SWEPT + (k - 1) % 3]
             sweep(weights[0], stencil, faces_x, faces_y, periodic, right, lines, CORRECTED, k - 1, new)

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydro.mesh import Mesh
-from hydro.walls import density_slopes
 
 STEP = 1e-30  # of the complex-step derivatives
 OFFSETS = (-0.5 / 3.0**0.5, 0.5 / 3.0**0.5)  # of the two Gauss points, in cell widths
@@ -82,7 +81,7 @@ class Manufactured:
         p, p_y = 0.5 - 0.15 * np.cos(ky * y) * beat, 0.15 * ky * np.sin(ky * y) * beat
         T, T_y = 1.0 - 0.2 * np.cos(2.0 * ky * y) * swing, 0.4 * ky * np.sin(2.0 * ky * y) * swing
         n = gas.density(p, T)
-        n_p, n_T = density_slopes(gas, n, T)
+        n_p, n_T = gas.density_slopes(n, T)
         k, k_n = gas.conductivity_coefficient(n), gas.conductivity_coefficient_slope(n)
         return gas.K * self.W * n / k, gas.K * self.W * (k - n * k_n) / k**2 * (n_p * p_y + n_T * T_y)
 

@@ -91,10 +91,10 @@ class Linearization:
         self._faces = faces or Faces(mesh)
         self.areas = mesh.areas.ravel()
         n, T = state.density.ravel(), state.temperature.ravel()
-        p_n, p_T = gas.pressure_slopes(n, T)
-        self.n_p, self.n_T = 1.0 / p_n, -p_T / p_n
+        self.p_n, self.p_T = gas.pressure_slopes(n, T)
+        self.n_p, self.n_T = gas.density_slopes(n, T)
         self.e_p, self.e_T = T * self.n_p, T * self.n_T + n
-        self.p_n, self.p_T, self.n, self.T = p_n, p_T, n, T
+        self.n, self.T = n, T
         self.motion = self._diffusion(np.ones_like(n))
         self.enthalpy_motion = self._diffusion(T + gas.pressure(n, T) / n)
         self.heat_p, self.heat_T = self._heat_slopes(wall)
