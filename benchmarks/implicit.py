@@ -110,7 +110,8 @@ def iterations() -> str:
     )
     return f"""### Iterations per step
 
-One iteration is an exact residual and one V-cycle; a step ends when the error of pressure and temperature is below
+One iteration is an exact residual and one multigrid cycle; a step ends when the error of pressure and temperature is
+below
 {lagrange.SHARE:g} of what the first guess missed, or below {lagrange.SOLVED:g}. Steady states at L = 5e4, aspect
 ratio 2, their temperature changed by a cosine of {PUSH:.0%}: mean of {COUNTED} steps after {SETTLING}, the step given
 by hand, not by the error; in brackets the mean step where the remap's limit made it shorter, or where the error chose
@@ -155,7 +156,7 @@ PARTS = (
     (lagrange, "balance", "residuals"),
     (lagrange, "couple", "derivatives"),
     (multigrid.Hierarchy, "prepare", "coarse levels and stencils"),
-    (multigrid.Hierarchy, "cycle", "V-cycles"),
+    (multigrid.Hierarchy, "cycle", "multigrid cycles"),
     (lagrange, "correct", "corrections"),
     (lagrange, "finish", "new state"),
     (lagrange, "unforeseen", "error"),
@@ -215,7 +216,7 @@ def assembled(level: multigrid.Level) -> sparse.csc_matrix:
 
 
 def by_cycles(hierarchy: multigrid.Hierarchy, matrix: sparse.csr_matrix, right: np.ndarray) -> tuple[np.ndarray, int]:
-    """Solution by V-cycles under residuals in double precision, and their number."""
+    """Solution by cycles under residuals in double precision, and their number."""
     finest, goal = hierarchy.levels[0], REACHED**2 * np.sum(right**2)
     solution, residual, count = np.zeros_like(right), right, 0
     while np.sum(residual**2) > goal and count < 100:
@@ -289,7 +290,7 @@ def linear() -> str:
                  f"{factor:.0f}", f"{solve:.1f}", f"{(factor + solve) / (prepare + whole):.0f}", f"{apart:.0e}",
                  *algebraic]
             )  # fmt: skip
-    header = ["grid", "dt", "set-up, ms", "V-cycle, ms", f"cycles to {REACHED:g}", "multigrid in all, ms"]
+    header = ["grid", "dt", "set-up, ms", "cycle, ms", f"cycles to {REACHED:g}", "multigrid in all, ms"]
     header += [
         "splu, ms",
         "its solve, ms",

@@ -79,8 +79,6 @@ class Work(NamedTuple):
     kappa: np.ndarray
     cooling: np.ndarray
     kappa_slopes: np.ndarray  # (2, nx, ny), in P and in T
-    suggested: np.ndarray  # (2, nx, ny), float32, changes of P and T: what the last cycle suggested
-    taken: np.ndarray  # and what was done
     lines: np.ndarray  # (LINES, ny + 4), scratch
     wall_flux: np.ndarray  # (ny,)
     wall_temperature: np.ndarray  # (ny,)
@@ -126,8 +124,8 @@ class LagrangeRemap(Integrator):
         self._work = Work(
             np.zeros((4, nx, ny)), np.zeros((4, nx, ny)), np.zeros((2, nx, ny)), np.zeros((2, nx, ny)),
             np.zeros((2, nx, ny)), np.zeros((nx, ny)), np.zeros((nx, ny)), np.zeros((nx, ny)),
-            np.zeros((nx, ny)), np.zeros((nx, ny)), np.zeros((2, nx, ny)), np.zeros((2, nx, ny), np.float32),
-            np.zeros((2, nx, ny), np.float32), np.zeros((LINES, ny + 4)), np.zeros(ny), np.zeros(ny),
+            np.zeros((nx, ny)), np.zeros((nx, ny)), np.zeros((2, nx, ny)), np.zeros((LINES, ny + 4)),
+            np.zeros(ny), np.zeros(ny),
         )  # fmt: skip
         self._viscosity = viscosity if gas.K > 0.0 else 0.0
         self._viscous = viscous_flow.Arrays.of(mesh) if self._viscosity > 0.0 else None
@@ -230,7 +228,7 @@ class LagrangeRemap(Integrator):
                 couple(self.gas, self.wall, self._grid, P, T, h, friction, work, *finest.equations())
                 self._hierarchy.prepare()
             self._hierarchy.cycle()
-            before, change = change, correct(finest.unknowns, iteration > 0, work.suggested, work.taken, P, T)
+            before, change = change, correct(finest.unknowns, P, T)
             self.iterations += 1
             if iteration == 0:
                 enough = max(SOLVED, SHARE * change)
@@ -743,48 +741,25 @@ def couple_line(geometry, T, kappa, kappa_P, kappa_T, flow, energy, push, conduc
 
 
 @kernel(exact=True)
-def correct(change, mixed, suggested, taken, P, T):
-    """Change the unknowns as the cycle suggests, mixed with the last step; returns its largest relative suggestion.
+def correct(change, P, T):
+    """Change the unknowns by what the cycle suggests, (nx, 2, ny + 2); returns its largest relative change.
 
-    change: (nx, 2, ny + 2), what the cycle suggests. suggested, taken: (2, nx, ny), what it suggested the last time
-    and what was done then; they are set anew. Mixing is Anderson's (1965) of depth one, in the mean square of relative
-    changes: it takes care of a single smooth mode that the cycle meets badly. No unknown changes by more than half.
+    No unknown changes by more than half.
     """
-    weight = mixing(change, suggested, P, T) if mixed else 0.0
-    largest, wanted = 0.0, 0.0
+    largest = 0.0
     for i in range(P.shape[0]):
         for q, unknown in enumerate((P, T)):
-            new, old, last, values = change[i, q], suggested[q, i], taken[q, i], unknown[i]
+            wanted, values = change[i, q], unknown[i]
             for j in range(np.uint64(values.size)):
-                last[j] = new[j + ONE] - weight * (last[j] + new[j + ONE] - old[j])
-                old[j] = new[j + ONE]
-                over = 1.0 / values[j]
-                size, wish = abs(last[j] * over), abs(old[j] * over)
+                size = abs(wanted[j + ONE] / values[j])
                 largest = largest if size <= largest else size
-                wanted = wanted if wish <= wanted else wish
     share = min(1.0, 0.5 / largest) if largest > 0.0 else 1.0
     for i in range(P.shape[0]):
         for q, unknown in enumerate((P, T)):
-            last, values = taken[q, i], unknown[i]
+            wanted, values = change[i, q], unknown[i]
             for j in range(np.uint64(values.size)):
-                last[j] *= share
-                values[j] += last[j]
-    return wanted
-
-
-@part
-def mixing(change, suggested, P, T):
-    """The share of the last step to take back that makes the suggestion least."""
-    along, square = 0.0, 0.0
-    for i in range(P.shape[0]):
-        for q, unknown in enumerate((P, T)):
-            new, old, values = change[i, q], suggested[q, i], unknown[i]
-            for j in range(np.uint64(values.size)):
-                over = 1.0 / values[j]
-                turn = (new[j + ONE] - old[j]) * over
-                along += new[j + ONE] * over * turn
-                square += turn * turn
-    return along / square if square > 0.0 else 0.0
+                values[j] += share * wanted[j + ONE]
+    return largest
 
 
 @kernel

@@ -6,9 +6,11 @@ Rows are the balances of mass and of energy of a cell. What crosses a face, from
     energy:  H (P_b - P_a) + C (T_b - T_a) + drift,    drift = A_P P_a + B_P P_b + A_T T_a + B_T T_b;
 
 it is added to the rows of b and taken from those of a. Coarser levels join two by two cells: local terms and drifts
-add up, and so do M, H and C, times the ratio of the distances between centres. One V-cycle smooths by two block Jacobi
-sweeps with Chebyshev weights before and after the coarser levels (they treat mirror images alike, which Gauss-Seidel
-does not), sums residuals up and interpolates corrections bilinearly; the coarsest level is solved directly.
+add up, and so do M, H and C, times the ratio of the distances between centres. On every level a cycle smooths by two
+block Jacobi sweeps with Chebyshev weights before and after the coarser ones (they treat mirror images alike, which
+Gauss-Seidel does not), sums residuals up and interpolates corrections bilinearly; the coarsest level is solved
+directly. From the second level down it is an F-cycle: coarser levels are visited again, by a V-cycle, for what the
+first visit has left.
 
 The cycle works in single precision: it improves a solution whose residuals are double. Its arithmetic is exact, in the
 order written, in which mirror images in y are treated alike to the last bit.
