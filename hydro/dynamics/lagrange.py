@@ -99,7 +99,7 @@ class LagrangeRemap(Integrator):
     cfl: largest share of a cell that a face may sweep in a step. tolerance: largest root mean square change, relative,
     of density and pressure (and of the velocity, against sound) that the last two states do not foresee.
     `source(time, mesh)`, if given, is added to the equations: rates of the four conserved fields, shape (4, nx, ny),
-    taken at the new time. viscosity: of the gas, over that of the closure. State and work space take 610 bytes per
+    taken at the new time. viscosity: of the gas, over that of the closure. State and work space take 590 bytes per
     cell, 208 more with viscosity. ValueError for a mesh of a single cell in a direction.
     """
 

@@ -15,7 +15,7 @@ from hydro.state import State
 
 # Guesses for run times, good to a factor of two or three on one core of a current processor.
 SECONDS_PER_CELL_STEP = {"godunov": 8e-8, "lagrange-remap": 5e-7}
-BYTES_PER_CELL = {"godunov": 176, "lagrange-remap": 610}
+BYTES_PER_CELL = {"godunov": 176, "lagrange-remap": 590}
 VISCOUS_BYTES = 208  # more, where the gas has viscosity
 IMPLICIT_STEPS = 18.0  # over the root of the tolerance, in runs like that of Fig. 4
 
