@@ -15,7 +15,8 @@ from measure import processor, table
 
 from hydro.gas import Grossman
 from hydro.grains import events
-from hydro.grains.dynamics import EPOCH, Dynamics, arena
+from hydro.grains.cells import arena
+from hydro.grains.dynamics import EPOCH, Dynamics
 from hydro.grains.placement import CLOSE_PACKING, placed
 from hydro.grains.walls import ElasticWall
 from hydro.mesh import Mesh
@@ -44,7 +45,7 @@ def localized(number: int) -> Dynamics:
 def grains_of(state: State, number: int) -> Dynamics:
     """So many elastic grains with the fields of a state."""
     diameter = math.sqrt(CLOSE_PACKING * state.mass / number)
-    return Dynamics(arena(diameter, 1.0, 1.0, number), ElasticWall(), *placed(state, number, diameter, seed=1))
+    return Dynamics(arena(diameter, 1.0, 1.0), ElasticWall(), *placed(state, number, diameter, seed=1))
 
 
 def speeds(grains: Dynamics, rounds: int) -> np.ndarray:

@@ -15,7 +15,8 @@ import numpy as np
 
 from hydro.gas import Grossman
 from hydro.gas.grossman import LAMBDA, A
-from hydro.grains.dynamics import COLUMNS, EPOCH, Dynamics, arena
+from hydro.grains.cells import arena
+from hydro.grains.dynamics import COLUMNS, EPOCH, Dynamics
 from hydro.grains.placement import CLOSE_PACKING, placed
 from hydro.grains.walls import ElasticWall
 from hydro.mesh import Mesh
@@ -74,12 +75,12 @@ def mean_free_path(n, diameter):
 
 def box_of_grains(
     number: int, n: float, seed: int, wall: Any = None, restitution: float = 1.0, length_y: float = 1.0,
-    periodic: tuple[bool, bool] = (True, True), reach: float = 0.0,
+    periodic: tuple[bool, bool] = (True, True),
 ) -> Dynamics:  # fmt: skip
     """Grains of uniform density n and temperature 1."""
     diameter = diameter_of(number, n, length_y)
     state = State.of(Grossman(L=0.0, K=1.0), Mesh.rectangle((4, 4), length_y, periodic=periodic), n, 1.0)
-    box = arena(diameter, restitution, length_y, number, periodic, reach=reach)
+    box = arena(diameter, restitution, length_y, periodic)
     return Dynamics(box, wall or ElasticWall(), *placed(state, number, diameter, seed), seed)
 
 

@@ -31,7 +31,6 @@ MEMORY = {
         "of grains: x, y, velocities along x and y, and the time they belong to, since the epoch",
         "L_x, T_*^(1/2), L_x/T_*^(1/2)",
     ),
-    "cells": ("column and row of the cell that a grain is in", "1"),
     "epoch": ("number of the quarter of a time unit that times of grains are counted from", "1"),
     "clock": ("time of the last event since the epoch, and of the epoch in the period of the wall", "L_x/T_*^(1/2)"),
     "random": ("state of the random numbers", "1"),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hydro.errors import RunFailed
-from hydro.grains import events
+from hydro.grains import cells, events
 from hydro.grains.events import CLOCK, COUNTS, MOTION, PROSPECT, SUMS, Arena, Grains
 from hydro.grains.queue import FINEST, aligned, calendar
 from hydro.grains.random import seeded
@@ -16,38 +16,7 @@ from hydro.grains.random import seeded
 EPOCH = 0.25  # times are counted from the last multiple of this: small numbers have fine digits
 BUDGET = 1_000_000  # events between looks at the clock
 PROGRESS = 1e-13  # of the clock in as many events, if grains do not collide without end
-CELL = 1.01  # smallest width of a cell, in diameters
-CELLS_PER_GRAIN = 40.0  # at most
 COLUMNS = ("x", "y", "vx", "vy", "time")  # of what is kept as `motion`
-
-
-def arena(
-    diameter: float,
-    restitution: float,
-    length_y: float,
-    number: int,
-    periodic: tuple[bool, bool] = (False, False),
-    contact_time: float = 0.0,
-    cell: float | None = None,
-    reach: float = 0.0,
-) -> Arena:
-    """The box 0 < x < 1, 0 < y < length_y of the centres of grains, in cells of the width `cell` or a little more.
-
-    Without `cell`, that is a diameter and a little, or more where the gas is so dilute that most cells would be
-    empty. The last column holds all of what a moving wall can `reach`, 1-reach < x: only there grains look for it.
-    ValueError where a periodic box has no three cells across.
-    """
-    sparse = math.sqrt(length_y / (CELLS_PER_GRAIN * number))
-    width = max(max(CELL * diameter, sparse) if cell is None else cell, 1.001 * reach)
-    columns, rows = max(math.floor(1.0 / width), 1), max(math.floor(length_y / width), 1)
-    for along, cells in zip(periodic, (columns, rows), strict=True):
-        if along and cells < 3:
-            raise ValueError(
-                f"a periodic box must be three cells wide, and grains of diameter {diameter:g} leave {cells}"
-            )
-    return Arena(
-        float(diameter), restitution, contact_time, length_y, *periodic, columns, rows, 1.0 / columns, length_y / rows
-    )
 
 
 class Dynamics:
@@ -56,28 +25,37 @@ class Dynamics:
     Units: L_x, T_*^(1/2), mass of a grain 1. time: of the state. Positions are those of centres.
     """
 
-    def __init__(self, arena: Arena, wall: Any, positions: np.ndarray, velocities: np.ndarray, seed: int = 0):
-        """positions, velocities: shape (N, 2), at time 0. Grains must not overlap; `smallest_gap` tells."""
-        motion = np.hstack([positions, velocities, np.zeros((len(positions), 1))])
-        column = np.clip((positions[:, 0] / arena.width).astype(np.int32), 0, arena.columns - 1)
-        row = np.clip((positions[:, 1] / arena.height).astype(np.int32), 0, arena.rows - 1)
-        self.arena, self.wall, self.time = arena, wall, 0.0
-        memory: dict[str, np.ndarray] = {
-            "motion": motion,
-            "cells": np.stack([column, row], axis=1),
-            "random": seeded(seed),
-        }
+    def __init__(
+        self,
+        arena: Arena,
+        wall: Any,
+        positions: np.ndarray,
+        velocities: np.ndarray,
+        seed: int = 0,
+        cell: float | None = None,
+    ):
+        """positions, velocities: shape (N, 2), at time 0. Grains must not overlap; `smallest_gap` tells.
+
+        cell: the least width of cells, which are then equal; without it they go by how crowded the grains are.
+        """
+        self.arena, self.wall, self.time, self._cell = arena, wall, 0.0, cell
         books = {"clock": np.zeros(CLOCK), "sums": np.zeros(SUMS), "counts": np.zeros(COUNTS, np.int64)}
-        self._begin({**memory, **books, "epoch": np.zeros(1)})
+        motion = np.hstack([positions, velocities, np.zeros((len(positions), 1))])
+        self._begin({"motion": motion, "random": seeded(seed), "epoch": np.zeros(1), **books})
 
     def _begin(self, memory: dict[str, np.ndarray], pace: float = FINEST) -> None:
-        """Arrange the grains by cell, so that neighbours are neighbours in memory, and foresee all.
+        """Choose cells, arrange the grains by cell, so that neighbours are neighbours in memory, and foresee all.
 
         pace: of the calendar of events, which corrects it; too fast does no harm.
         """
-        cells = memory["cells"].astype(np.int32)
-        number = len(cells)
-        self._order = np.argsort(cells[:, 0] * self.arena.rows + cells[:, 1], kind="stable")
+        x_y, velocities, times = memory["motion"][:, :2], memory["motion"][:, 2:4], memory["motion"][:, 4:]
+        places = x_y + velocities * np.maximum(memory["clock"][events.NOW] - times, 0.0)
+        if self._cell is None:
+            self.arena = cells.crowded(self.arena, places, getattr(self.wall, "amplitude", 0.0))
+        else:
+            self.arena = cells.equal(self.arena, self._cell)
+        inside, number = cells.inside(self.arena, places), len(places)
+        self._order = np.argsort(inside[:, 0] * self.arena.rows + inside[:, 1], kind="stable")
         motion, prospects = aligned(number, MOTION), aligned(number, PROSPECT)
         for name, column in zip(COLUMNS, memory["motion"].T, strict=True):
             motion[name] = column[self._order]
@@ -87,7 +65,7 @@ class Dynamics:
             *(memory[name].copy() for name in ("clock", "random", "sums", "counts")),
         )  # fmt: skip
         self._epoch = int(memory["epoch"][0])
-        events.fill_cells(self.grains, self.arena, cells[self._order])
+        events.fill_cells(self.grains, self.arena, inside[self._order])
         events.foresee_all(self.grains, self.arena, self.wall)
 
     def _own(self, *names: str) -> np.ndarray:
@@ -98,12 +76,14 @@ class Dynamics:
         return own
 
     def memory(self) -> dict[str, np.ndarray]:
-        """All that is needed to go on with the same bits, but for the count of stale events: all are foreseen anew."""
+        """All that is needed to go on with the same bits. Only stale events and changes of cell count differently: all
+        is foreseen anew, in new cells.
+        """
         grains = self.grains
         return {
-            "motion": self._own(*COLUMNS), "cells": self._own("column", "row"),
-            "epoch": np.array([self._epoch]), "clock": grains.clock.copy(), "random": grains.random.copy(),
-            "sums": grains.sums.copy(), "counts": grains.counts.copy(), "time": np.array([self.time]),
+            "motion": self._own(*COLUMNS), "epoch": np.array([self._epoch]), "clock": grains.clock.copy(),
+            "random": grains.random.copy(), "sums": grains.sums.copy(), "counts": grains.counts.copy(),
+            "time": np.array([self.time]),
         }  # fmt: skip
 
     def remember(self, memory: dict[str, np.ndarray]) -> None:

@@ -78,7 +78,7 @@ class Grains(NamedTuple):
 
 
 class Arena(NamedTuple):
-    """What does not change: grains, box, cells."""
+    """What no event changes: grains, box, and the borders of cells, which are a diameter or more apart."""
 
     diameter: float
     restitution: float
@@ -88,8 +88,8 @@ class Arena(NamedTuple):
     periodic_y: bool
     columns: int
     rows: int
-    width: float  # of a cell
-    height: float
+    borders_x: np.ndarray  # (columns + 1,)
+    borders_y: np.ndarray  # (rows + 1,)
 
 
 @inline(exact=True)
@@ -237,21 +237,20 @@ def note_wall(grains, i, time, side):
 
 
 @inline(exact=True)
-def exit_along(x, v, cell, cells, size, periodic):
+def exit_along(x, v, cell, borders, periodic):
     """How long it takes to leave a cell along one direction, and by how many cells."""
     step = 1 if v > 0.0 else -1
-    if v == 0.0 or not (periodic or 0 <= cell + step < cells):
+    if v == 0.0 or not (periodic or 0 <= cell + step < borders.size - 1):
         return math.inf, step
-    border = (cell + 1) * size if v > 0.0 else cell * size
-    return max((border - x) / v, 0.0), step
+    return max((borders[cell + (v > 0.0)] - x) / v, 0.0), step
 
 
 @inline(exact=True)
 def exit_of(grains, arena, i):
     """How long it takes grain i to leave its cell, counted from its own time, and by how many columns and rows."""
     motion = grains.motion
-    in_x, step_x = exit_along(motion[i].x, motion[i].vx, motion[i].column, arena.columns, arena.width, arena.periodic_x)
-    in_y, step_y = exit_along(motion[i].y, motion[i].vy, motion[i].row, arena.rows, arena.height, arena.periodic_y)
+    in_x, step_x = exit_along(motion[i].x, motion[i].vx, motion[i].column, arena.borders_x, arena.periodic_x)
+    in_y, step_y = exit_along(motion[i].y, motion[i].vy, motion[i].row, arena.borders_y, arena.periodic_y)
     if in_x < in_y:
         return in_x, step_x, 0
     return in_y, 0, step_y

@@ -13,7 +13,8 @@ from hydro.deck import GrainsDeck
 from hydro.dynamics.integrator import Exchange, Integrator
 from hydro.errors import Complaint, DeckError
 from hydro.grains import events, walls
-from hydro.grains.dynamics import Dynamics, arena
+from hydro.grains.cells import arena
+from hydro.grains.dynamics import Dynamics
 from hydro.grains.fields import density_scale, fields
 from hydro.grains.placement import number_of_grains, placed
 from hydro.registry import Registry
@@ -69,10 +70,8 @@ def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:
 def dynamics_from(deck: GrainsDeck, positions: np.ndarray, velocities: np.ndarray) -> Dynamics:
     """The grains of a deck, where they are told to be; shapes (N, 2). ValueError where the box has too few cells."""
     wall = DRIVES[wall_kind(deck)](deck)
-    box = arena(
-        deck.diameter, deck.restitution, deck.box.aspect_ratio, len(positions), mesh_of(deck).periodic,
-        deck.grains.contact_time, reach=getattr(wall, "amplitude", 0.0),
-    )  # fmt: skip
+    periodic = mesh_of(deck).periodic
+    box = arena(deck.diameter, deck.restitution, deck.box.aspect_ratio, periodic, deck.grains.contact_time)
     return Dynamics(box, wall, positions, velocities, deck.grains.seed)
 
 
