@@ -2,7 +2,8 @@
 
     python benchmarks/grains_fig4.py docs > docs/grains_fig4.md
 
-Runs that are complete in the folder `--output` are not repeated. Each of grains takes half an hour or so.
+Runs that are complete in the folder `--output` are not repeated, those that were stopped go on. That with the grains of
+the paper takes hours, each other one half an hour or so.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import json
 import math
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -42,22 +43,26 @@ PROBLEMS = Path(__file__).parent.parent / "problems"
 CELLS = (64, 128)  # of the flows
 SAMPLES = 400  # of a flow, over its time
 WAVES = (1, 2)  # half-waves whose amplitudes are drawn
-RED, COLOURS = "tab:red", {"closures": ("tab:blue", "--"), "Enskog": ("black", "-")}
+REDS = ("tab:red", "tab:orange", "tab:brown")  # seeds
+COLOURS = {"closures": ("tab:blue", "--"), "Enskog": ("black", "-")}
 
 
 class Box(NamedTuple):
-    """A run of grains: its deck, and what is changed in it."""
+    """Runs of grains: their deck, what is changed in it, and one or more seeds."""
 
     deck: str
     overrides: tuple[str, ...]
+    seeds: tuple[int, ...]
 
 
 BOXES = {
-    "mu = 1": Box("grains_fig4", ()),
-    "matched": Box(
+    "mu = 1": Box("grains_fig4", (), (0, 1, 2)),
+    "large": Box(
         "grains_matched",
         ("gas.K=5e-3", "time.end=516", "output.times=[40, 200, 400, 516]", "grains.window=8"),
+        (0,),
     ),
+    "matched": Box("grains_matched", ("time.end=1000", "output.times=[100, 250, 500, 1000]"), (0,)),
 }
 
 
@@ -79,15 +84,21 @@ def amplitudes(density: np.ndarray, mesh: Mesh) -> list[float]:
     return [float(line @ np.cos(m * math.pi * mesh.y / mesh.aspect_ratio) / line.sum()) for m in WAVES]
 
 
-def grains(output: Path, name: str) -> dict[str, Any]:
-    """Series of a run of grains, and its summary; runs it if it is not there."""
+def grains(output: Path, name: str, seed: int) -> dict[str, Any]:
+    """Series of a run of grains, and its summary; runs it if it is not there, and goes on with it if it was stopped."""
     box = BOXES[name]
-    folder = output / box.deck
-    words = [str(PROBLEMS / f"{box.deck}.toml"), *box.overrides, "output.movie=true", "--output", str(folder)]
-    summary = folder / "summary.json"
-    complete = summary.exists() and json.loads(summary.read_text())["completed"]
-    if not complete and hydro([*words, "--overwrite"]):
-        raise SystemExit(f"{name} failed")
+    folder = output / f"{name.replace(' ', '')}_{seed}"
+    if not json.loads(read_if_there(folder / "summary.json"))["completed"]:
+        begin = [
+            str(PROBLEMS / f"{box.deck}.toml"),
+            f"grains.seed={seed}",
+            "output.movie=true",
+            "--output",
+            str(folder),
+        ]
+        words = ["restart", str(folder)] if (folder / "deck.toml").exists() else begin
+        if hydro([*words, *box.overrides]):
+            raise SystemExit(f"{name} failed")
     ratio = load(folder / "deck.toml").box.aspect_ratio
     pictures = frames(folder / "frames")
     fields = [read_frame(path) for path in pictures]
@@ -96,8 +107,13 @@ def grains(output: Path, name: str) -> dict[str, Any]:
         "history": history, "time": history["time"], "wall_max": history["wall_max"], "wall_min": history["wall_min"],
         "frame_time": np.array([frame_time(path) for path in pictures]),
         "amplitudes": np.array([amplitudes(density, Mesh.rectangle(density.shape, ratio)) for density in fields]),
-        "summary": json.loads(summary.read_text()), "folder": folder,
+        "summary": json.loads((folder / "summary.json").read_text()), "folder": folder,
     }  # fmt: skip
+
+
+def read_if_there(summary: Path) -> str:
+    """A summary, or that of a run that has not begun."""
+    return summary.read_text() if summary.exists() else '{"completed": false}'
 
 
 def setting(name: str, gas_of: Callable[[Any], Any]) -> tuple[Any, Any, VibratingWall]:
@@ -134,12 +150,23 @@ def flow(name: str, gas_of: Callable[[Any], Any], number: int) -> dict[str, Any]
     return {key: np.array(values) for key, values in series.items()}
 
 
-def late(found: dict[str, Any]) -> list[str]:
-    """Means over the second half of a run of grains: wall densities, density at x = 1, sizes of the amplitudes."""
-    history, sizes = found["history"], np.abs(found["amplitudes"][found["frame_time"] > 0.5 * found["time"][-1]])
-    second_half = found["time"] > 0.5 * found["time"][-1]
-    walls = [float(history[key][second_half].mean()) for key in ("wall_max", "wall_min", "gas_density")]
-    return [f"{value:.3g}" for value in (*walls, *sizes.mean(axis=0))]
+def late(runs: list[dict[str, Any]]) -> list[str]:
+    """Means over the second half of runs of grains: wall densities, density at x = 1, sizes of the amplitudes."""
+    values = []
+    for found in runs:
+        half = 0.5 * found["time"][-1]
+        history, sizes = found["history"][found["time"] > half], np.abs(found["amplitudes"][found["frame_time"] > half])
+        walls = [history[key].mean() for key in ("wall_max", "wall_min", "gas_density")]
+        values.append([*walls, *sizes.mean(axis=0)])
+    return [over_seeds(column) for column in zip(*values, strict=True)]
+
+
+def over_seeds(values: Sequence[float], error: float = math.nan) -> str:
+    """Mean of runs, with its standard error if there are several; of a single one, with an `error` that is known."""
+    if len(values) > 1:
+        error = float(np.std(values, ddof=1)) / math.sqrt(len(values))
+    mean = f"{np.mean(values):.3g}"
+    return f"{mean} ± {error:.1g}" if error > 0.0 else mean
 
 
 def at_rest(name: str, gas_of: Callable[[Any], Any]) -> list[str]:
@@ -164,17 +191,20 @@ def draw(results: dict[str, Any]) -> Figure:
     """Wall densities, and the amplitudes of one and two half-waves, against time."""
     figure = Figure(figsize=(9.0, 6.4), layout="constrained")
     axes = figure.subplots(3, len(results), sharex="col", sharey="row")
-    for column, (name, (found, flows)) in enumerate(results.items()):
+    for column, (name, (runs, flows)) in enumerate(results.items()):
         walls, *waves = axes[:, column]
-        walls.set_title(f"{found['summary']['grains']} grains, {name}", fontsize=10)
+        walls.set_title(f"{runs[0]['summary']['grains']} grains, {name}", fontsize=10)
         for key in ("wall_max", "wall_min"):
-            label = key == "wall_max"
-            walls.plot(found["time"], found[key], color=RED, linewidth=0.8, label="grains" if label else None)
+            for number, found in enumerate(runs):
+                label = "grains" if key == "wall_max" and number == 0 else None
+                walls.plot(found["time"], found[key], color=REDS[number], linewidth=0.8, label=label)
             for gas, series in flows.items():
-                colour, dash = COLOURS[gas]
-                walls.plot(series["time"], series[key], dash, color=colour, linewidth=1.1, label=gas if label else None)
+                (colour, dash), label = COLOURS[gas], gas if key == "wall_max" else None
+                walls.plot(series["time"], series[key], dash, color=colour, linewidth=1.1, label=label)
         for k, axis in enumerate(waves):
-            axis.plot(found["frame_time"], upright(found["amplitudes"])[:, k], color=RED, linewidth=0.8)
+            for number, found in enumerate(runs):
+                sizes = upright(found["amplitudes"])[:, k]
+                axis.plot(found["frame_time"], sizes, color=REDS[number], linewidth=0.8)
             for gas, series in flows.items():
                 colour, dash = COLOURS[gas]
                 axis.plot(series["time"], upright(series["amplitudes"])[:, k], dash, color=colour, linewidth=1.1)
@@ -191,12 +221,12 @@ def draw(results: dict[str, Any]) -> Figure:
 def rows(results: dict[str, Any]) -> list[list[Any]]:
     """Wall densities of grains, averaged over windows, and of the flows, at the times of the decks."""
     lines = []
-    for name, (found, flows) in results.items():
-        for shot in found["summary"]["snapshots"]:
-            line = [name, f"{shot['time']:g}"]
+    for name, (runs, flows) in results.items():
+        for shots in zip(*(found["summary"]["snapshots"] for found in runs), strict=True):
+            line, time = [name, f"{shots[0]['time']:g}"], shots[0]["time"]
             for key in ("wall_max", "wall_min"):
-                line.append(f"{shot[key]:.3f} ± {shot[key + '_error']:.3f}")
-                at = (np.interp(shot["time"], flow["time"], flow[key], right=math.nan) for flow in flows.values())
+                line.append(over_seeds([shot[key] for shot in shots], shots[0][key + "_error"]))
+                at = (np.interp(time, flow["time"], flow[key], right=math.nan) for flow in flows.values())
                 line += [f"{value:.3f}" if value > 0.0 else "none" for value in at]
             lines.append(line)
     return lines
@@ -205,11 +235,11 @@ def rows(results: dict[str, Any]) -> list[list[Any]]:
 def boxes(results: dict[str, Any]) -> list[list[Any]]:
     """What the runs of grains are."""
     lines = []
-    for name, (found, _) in results.items():
+    for name, (runs, _) in results.items():
         deck: Any = load(PROBLEMS / f"{BOXES[name].deck}.toml", BOXES[name].overrides)
-        made, gas = found["summary"], matched(deck)
+        made, gas = runs[0]["summary"], matched(deck)
         lines.append([
-            name, made["grains"], f"{made['diameter']:.3g}", f"{1.0 - made['restitution'] ** 2:.3g}",
+            name, len(runs), made["grains"], f"{made['diameter']:.3g}", f"{1.0 - made['restitution'] ** 2:.3g}",
             f"{made['collisions']:.2e}", f"{gas.L:.3g}", f"{gas.K:.3g}",
         ])  # fmt: skip
     return lines
@@ -217,9 +247,9 @@ def boxes(results: dict[str, Any]) -> list[list[Any]]:
 
 PAGE = """# Fig. 4 by grains
 
-Printed by `python benchmarks/grains_fig4.py docs > docs/grains_fig4.md`, which runs `problems/grains_fig4.toml` and
-`problems/grains_matched.toml` (with larger grains: {changed}) in full, one
-seed each: the box of Fig. 4, f = 0.0235, from two half-waves of 10%.
+Printed by `python benchmarks/grains_fig4.py docs > docs/grains_fig4.md`: the box of Fig. 4, f = 0.0235, from two
+half-waves of 10%. "mu = 1" is `problems/grains_fig4.toml`, "matched" `problems/grains_matched.toml` to t = 1000,
+"large" the same with larger grains ({changed}), where all is sooner.
 """
 
 FIGURE = """
@@ -273,23 +303,23 @@ def main() -> None:
     options = parser.parse_args()
     results = {}
     for name in BOXES:
-        found = grains(options.output, name)
-        number = found["summary"]["grains"]
-        results[name] = found, {gas: flow(name, gas_of, number) for gas, gas_of in GASES.items()}
+        runs = [grains(options.output, name, seed) for seed in BOXES[name].seeds]
+        number = runs[0]["summary"]["grains"]
+        results[name] = runs, {gas: flow(name, gas_of, number) for gas, gas_of in GASES.items()}
     publish(draw(results), options.folder / "grains_fig4")
     shutil.copy(
-        results["matched"][0]["folder"] / "pictures" / "density.png", options.folder / "grains_fig4_density.png"
+        results["matched"][0][0]["folder"] / "pictures" / "density.png", options.folder / "grains_fig4_density.png"
     )
-    print(PAGE.format(changed=", ".join(BOXES["matched"].overrides[:2])))
-    header = ["grains", "number", "d/L_x", "1-r^2", "collisions", "conduct and are dense like L =", "K ="]
+    print(PAGE.format(changed=", ".join(BOXES["large"].overrides[:2])))
+    header = ["grains", "seeds", "number", "d/L_x", "1-r^2", "collisions", "conduct and are dense like L =", "K ="]
     print(table(header, boxes(results)))
     print(FIGURE.format(nx=CELLS[0], ny=CELLS[1]))
     names = [f"{kind}, {who}" for kind in ("largest n(0, y)", "smallest n(0, y)") for who in ("grains", *GASES)]
     print(table(["grains", "t", *names], rows(results)))
     print(LATE)
     lines = []
-    for name, (found, _) in results.items():
-        lines.append([name, "grains", *late(found)])
+    for name, (runs, _) in results.items():
+        lines.append([name, "grains", *late(runs)])
         lines += [["", f"{gas}, at rest", *at_rest(name, gas_of)] for gas, gas_of in GASES.items()]
     sizes = [f"mean cos({'2 ' * (m > 1)}pi y/Delta)" for m in WAVES]
     print(table(["grains", "", "largest n(0, y)", "smallest n(0, y)", "n at x = 1", *sizes], lines))

@@ -9,7 +9,7 @@ import pytest
 
 from hydro.errors import RunFailed
 from hydro.gas import Grossman
-from hydro.grains import events, theory
+from hydro.grains import cells, events, theory
 from hydro.grains.cells import arena
 from hydro.grains.dynamics import EPOCH, Dynamics
 from hydro.grains.placement import CLOSE_PACKING, lattice, placed
@@ -165,6 +165,33 @@ def test_cells_do_not_change_the_sequence_of_events(name):
     assert runs[0].count(events.COLLISIONS) > 1_000
     all_pairs, *others = (run.memory() for run in runs)
     assert all(same(all_pairs, other, "motion", "random", "sums") for other in others)
+
+
+@pytest.mark.parametrize("reach", [0.0, 0.3])
+@pytest.mark.parametrize("periodic", [(False, False), PERIODIC], ids=["walls", "periodic"])
+def test_cells_are_narrow_where_grains_are_crowded(periodic, reach):
+    """As wide as a grain at least, and the last one as wide as a wall may reach; every place is in its cell."""
+    random = np.random.default_rng(4)
+    corner, thin = random.uniform(0.0, 0.15, (4000, 2)), random.uniform(0.0, 1.0, (500, 2)) * [1.0, 2.0]
+    places = np.concatenate([corner, thin])
+    box = cells.crowded(arena(0.002, 1.0, 2.0, periodic), places, reach)
+    widths_x, widths_y = np.diff(box.borders_x), np.diff(box.borders_y)
+    assert min(widths_x.min(), widths_y.min()) >= cells.NARROWEST * 0.002 and widths_x[-1] >= reach
+    assert (box.borders_x[0], box.borders_x[-1], box.borders_y[0], box.borders_y[-1]) == (0.0, 1.0, 0.0, 2.0)
+    assert widths_x[-2] > 3.0 * widths_x[0] and widths_y[-1] > 3.0 * widths_y[0]
+    column, row = cells.inside(box, places).T
+    assert np.all((box.borders_x[column] <= places[:, 0]) & (places[:, 0] <= box.borders_x[column + 1]))
+    assert np.all((box.borders_y[row] <= places[:, 1]) & (places[:, 1] <= box.borders_y[row + 1]))
+    assert 0.1 < len(corner) / np.unique(np.stack([column, row])[:, :4000], axis=1).shape[1] < 2.0
+
+
+@pytest.mark.parametrize("number", [2, 30])
+def test_a_small_periodic_box_has_three_cells_or_more(number):
+    """Though its grains would be content with one."""
+    box = cells.crowded(arena(0.3, 1.0, 1.0, PERIODIC), np.full((number, 2), 0.5))
+    assert (box.columns, box.rows) == (3, 3)
+    with pytest.raises(ValueError, match="three cells wide"):
+        arena(0.4, 1.0, 1.0, PERIODIC)
 
 
 @pytest.mark.parametrize("periodic", [(False, False), (False, True)], ids=["walls", "periodic"])

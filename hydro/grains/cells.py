@@ -33,9 +33,10 @@ def arena(
             raise ValueError(
                 f"a periodic box must be three cells wide, and grains of diameter {diameter:g} leave {room}"
             )
-    cells = [fewest(along) for along in periodic]
-    borders = (np.linspace(0.0, 1.0, cells[0] + 1), np.linspace(0.0, length_y, cells[1] + 1))
-    return Arena(float(diameter), restitution, contact_time, length_y, *periodic, *cells, *borders)
+    columns, rows = (fewest(along) for along in periodic)
+    borders_x, borders_y = np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, length_y, rows + 1)
+    box = (float(diameter), restitution, contact_time, length_y, *periodic)
+    return Arena(*box, columns, rows, borders_x, borders_y)
 
 
 def fewest(periodic: bool) -> int:
@@ -63,20 +64,22 @@ def crowded(box: Arena, places: np.ndarray, reach: float = 0.0) -> Arena:
     """
     lengths = np.array([1.0, box.length_y])
     blocks = np.maximum(lengths / (BLOCK * box.diameter), 1.0).astype(int)
-    sizes = lengths / blocks
-    block_x, block_y = np.clip(places / sizes, 0, blocks - 1).astype(int).T
+    block_x, block_y = np.clip(places * blocks / lengths, 0, blocks - 1).astype(int).T
     counts = np.bincount(block_x * blocks[1] + block_y, minlength=blocks.prod()).reshape(blocks)
-    borders = []
-    for axis, periodic in enumerate((box.periodic_x, box.periodic_y)):
-        seen = (counts**2).sum(axis=1 - axis) / np.maximum(counts.sum(axis=1 - axis), 1)
-        widths = np.sqrt(OCCUPANCY * sizes.prod() / np.maximum(seen, OCCUPANCY))
-        number = (sizes[axis] / np.maximum(widths, NARROWEST * box.diameter)).astype(int)
-        number = np.maximum(number, math.ceil(fewest(periodic) / blocks[axis]))
-        starts = sizes[axis] * np.arange(blocks[axis])
-        inner = [start + sizes[axis] * np.arange(one) / one for start, one in zip(starts, number, strict=True)]
-        borders.append(np.append(np.concatenate(inner), lengths[axis]))
-    beside = (borders[0] > 1.0 - 1.001 * reach) & (borders[0] < 1.0)
-    return divided(box, borders[0][~beside], borders[1])
+    borders_x = graded(box, counts, 1.0, box.length_y, fewest(box.periodic_x))
+    borders_y = graded(box, counts.T, box.length_y, 1.0, fewest(box.periodic_y))
+    beside = (borders_x > 1.0 - 1.001 * reach) & (borders_x < 1.0)
+    return divided(box, borders_x[~beside], borders_y)
+
+
+def graded(box: Arena, counts: np.ndarray, length: float, across: float, least: int) -> np.ndarray:
+    """Borders of cells along a `length`, from the counts of grains in blocks along and across it; `least` or more."""
+    width, area = length / len(counts), length * across / counts.size
+    seen = (counts**2).sum(axis=1) / np.maximum(counts.sum(axis=1), 1)  # by a grain, of its own block
+    wanted = np.sqrt(OCCUPANCY * area / np.maximum(seen, OCCUPANCY))
+    cells = np.maximum(width / np.maximum(wanted, NARROWEST * box.diameter), math.ceil(least / len(counts))).astype(int)
+    inner = [width * (block + np.arange(one) / one) for block, one in enumerate(cells)]
+    return np.append(np.concatenate(inner), length)
 
 
 def inside(box: Arena, places: np.ndarray) -> np.ndarray:
