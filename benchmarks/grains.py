@@ -9,18 +9,21 @@ from __future__ import annotations
 import math
 import sys
 import time
+from functools import cache
 
 import numpy as np
 from measure import processor, table
 
 from hydro.gas import Grossman
 from hydro.grains import events
-from hydro.grains.cells import arena
+from hydro.grains.cells import NARROWEST, arena
 from hydro.grains.dynamics import EPOCH, Dynamics
 from hydro.grains.placement import CLOSE_PACKING, placed
 from hydro.grains.walls import ElasticWall
 from hydro.mesh import Mesh
 from hydro.state import State
+from hydro.steady.localized import steady_state
+from hydro.walls import VibratingWall
 
 NUMBERS = (20_000, 100_000, 1_000_000)
 LONG = (20_000, 10_000_000)  # grains and collisions
@@ -42,10 +45,35 @@ def localized(number: int) -> Dynamics:
     return grains_of(State.of(gas, mesh, density, gas.temperature(density, pressure)), number)
 
 
-def grains_of(state: State, number: int) -> Dynamics:
+@cache
+def half_wave() -> State:
+    """The localized state at f and L of Fig. 4."""
+    return steady_state(Grossman(L=5e4, K=2e-3), VibratingWall(114.0), Mesh.rectangle((64, 128), 2.0), 0.0235, 1).state
+
+
+def steady(number: int) -> Dynamics:
+    """The localized state at f and L of Fig. 4, Delta = 2."""
+    return grains_of(half_wave(), number)
+
+
+def in_equal_cells(number: int) -> Dynamics:
+    """The same in cells as wide as a grain."""
+    return grains_of(half_wave(), number, equal=True)
+
+
+def grains_of(state: State, number: int, equal: bool = False) -> Dynamics:
     """So many elastic grains with the fields of a state."""
     diameter = math.sqrt(CLOSE_PACKING * state.mass / number)
-    return Dynamics(arena(diameter, 1.0, 1.0), ElasticWall(), *placed(state, number, diameter, seed=1))
+    box, cell = arena(diameter, 1.0, state.mesh.aspect_ratio), NARROWEST * diameter if equal else None
+    return Dynamics(box, ElasticWall(), *placed(state, number, diameter, seed=1), cell=cell)
+
+
+STATES = {
+    "uniform, n = 0.3": uniform,
+    "localized, contrast 200": localized,
+    "half-wave of Fig. 4": steady,
+    "the same in equal cells": in_equal_cells,
+}
 
 
 def speeds(grains: Dynamics, rounds: int) -> np.ndarray:
@@ -82,7 +110,7 @@ def closest(number: int, collisions: int) -> float:
 def main(rounds: int) -> None:
     """Print the table, and the smallest gap in a long run."""
     rows = []
-    for name, make in (("uniform, n = 0.3", uniform), ("localized, contrast 200", localized)):
+    for name, make in STATES.items():
         for number in NUMBERS:
             grains = make(number)
             rates = speeds(grains, rounds) / 1e6
