@@ -1,7 +1,7 @@
 """The implicit integrator: iterations, milliseconds per part, its linear solver beside others, Fig. 4.
 
     python benchmarks/implicit.py            # all parts, some minutes
-    python benchmarks/implicit.py PART ...   # iterations, parts, linear, fig4
+    python benchmarks/implicit.py PART ...   # iterations, parts, linear, viscous, fig4
 
 Prints the section "The implicit integrator" of docs/performance.md. pyamg is compared with where it is installed.
 """
@@ -43,6 +43,7 @@ REACHED = 1e-9  # residual of the linear solves, relative
 CLUSTERS = {"clusters of Fig. 4": (0.0235, 2), "dense cluster": (0.04, 1)}  # f and half-waves
 FIG4 = "clusters of Fig. 4"
 ROUNDS = 5
+VISCOUS_GRIDS = (32, 64, 128)
 
 
 def deck_of(nx: int) -> EvolutionDeck:
@@ -323,7 +324,34 @@ similar, see [fig4.md](fig4.md), where these runs come from; it also has other g
 {table(["integrator", "steps", "seconds"], rows)}"""
 
 
-ALL: dict[str, Callable[[], str]] = {"iterations": iterations, "parts": parts, "linear": linear, "fig4": fig4}
+def viscous(until: float = 100.0) -> str:
+    """What viscosity costs, along Fig. 4."""
+    rows = []
+    for nx in VISCOUS_GRIDS:
+        row: list[Any] = [f"{nx} x {2 * nx}"]
+        for viscosity in (0, 1):
+            deck = load(DECK, [f"mesh.cells=[{nx},{2 * nx}]", f"gas.viscosity={viscosity}", "gas.tau=inf"])
+            assert isinstance(deck, EvolutionDeck)
+            state = initial_state(deck)
+            run = Run(state, integrator_of(deck, state), until)
+            advance(run, until)
+            start = time.perf_counter()
+            while state.time < until:
+                advance(run, until)
+            row += [run.steps, f"{1e3 * (time.perf_counter() - start) / run.steps:.1f}"]
+        integrator: Any = run.integrator
+        rows.append([*row, f"{integrator.viscous_iterations / run.steps:.0f}"])
+    header = ["grid", "steps without viscosity", "ms per step", "steps with viscosity", "ms per step"]
+    return f"""### Viscosity
+
+Fig. 4 to t = {until:g} with viscosity instead of friction.
+
+{table([*header, "its iterations per step"], rows)}"""
+
+
+ALL: dict[str, Callable[[], str]] = {
+    "iterations": iterations, "parts": parts, "linear": linear, "viscous": viscous, "fig4": fig4
+}  # fmt: skip
 
 
 def report(parts: Sequence[str]) -> None:

@@ -37,6 +37,7 @@ from hydro.dynamics import viscosity as viscous_flow
 from hydro.dynamics.heat import Geometry
 from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, Source, StepRejected
 from hydro.dynamics.limiters import LIMITERS
+from hydro.dynamics.viscosity import SHARE
 from hydro.gas import Closure
 from hydro.jit import kernel, part
 from hydro.mesh import GHOSTS, Mesh
@@ -46,8 +47,7 @@ TOLERANCE = 3e-4  # when a deck gives none
 LONGER, SHORTER = 1.5, 0.3  # limits of a change of the step
 SAFETY = 0.9
 REJECTED = 2.0  # times the tolerance
-SOLVED = 1e-10  # largest relative error of pressure and temperature, estimated from changes and contraction
-SHARE = 1e-3  # of the error of the first guess that may stay, if that is more: little beside the error of the step
+SOLVED = 1e-10  # largest relative error of pressure and temperature, by changes and contraction; or SHARE of the first
 SLOWEST = 0.99  # contraction of the iteration that this estimate reckons with; it takes the slowest in a step
 ITERATIONS = 40
 FIRST_STEP = 0.1  # of the time in which sound crosses a cell

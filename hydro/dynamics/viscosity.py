@@ -24,6 +24,7 @@ from hydro.jit import kernel
 
 SAFETY = 1.2  # of the spectral radius
 SOLVED = 1e-8  # residual of the implicit velocities against their right-hand side, root mean square
+SHARE = 1e-3  # of the residual of the first guess that may stay, if that is more: little beside the error of the step
 NOISE = 1e-15  # residual that is round-off, against (p n)^(1/2)
 ITERATIONS = 5000
 
@@ -261,6 +262,7 @@ def relax(geometry, h, noise, a):
     exert(geometry, a.velocity, a)
     shift(1.0, a.velocity, h, a)
     (error, size, _), before = products(geometry, h, a), np.inf
+    enough = max(enough, SHARE**2 * error)
     for iteration in range(ITERATIONS):
         if error <= enough:
             return iteration
