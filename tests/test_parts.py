@@ -27,13 +27,13 @@ from hydro.mesh import Mesh
 from hydro.registry import Registry, UnknownName
 from hydro.runs.evolution import integrator_of
 from hydro.runs.ledger import CompensatedSum
-from hydro.runs.march import Run, choose_step, march
+from hydro.runs.march import Run, advance, choose_step, march
 from hydro.runs.observables import gas_density, wall_extremes
 from hydro.runs.scales import largest_step
 from hydro.runs.trackers import AtTimes
 from hydro.state import State
 from hydro.steady.continuation import PARAMETERS
-from hydro.steady.localized import SEARCHES
+from hydro.steady.localized import SEARCHES, steady_state
 from hydro.steady.marginal import WALL_CONDITIONS
 from hydro.walls import WALLS, ThermalWall, VibratingWall
 
@@ -441,3 +441,21 @@ def test_multigrid_solves_the_equations_of_the_implicit_step(stretch, periodic):
         hierarchy.cycle()
         found += finest.unknowns[:, :, 1:-1].reshape(-1)
     assert found == pytest.approx(wanted, rel=1e-5, abs=1e-5)
+
+
+def test_iterations_of_the_implicit_step_do_not_grow_with_the_grid():
+    """A dense cluster, n from 0.004 to 0.9995, at steps of many times what heat and sound take to cross it."""
+    gas, wall, counts = Grossman(L=5e4, K=2e-3), VibratingWall(114.0), []
+    for nx in (32, 64, 128):
+        state = steady_state(gas, wall, Mesh.rectangle((nx, 2 * nx), 2.0), 0.04, 1).state
+        warmer = state.temperature * (1.0 + 0.01 * cosine_averages(state.mesh, 3))
+        state = State.of(gas, state.mesh, state.density, warmer)
+        integrator = LagrangeRemap(gas, wall, state.mesh, tau=200.0, tolerance=1e9)
+        run = Run(state, integrator, math.inf, dt_max=10.0)
+        for _ in range(30):
+            advance(run, math.inf)
+        before = integrator.iterations
+        for _ in range(10):
+            advance(run, math.inf)
+        counts.append((integrator.iterations - before) / 10)
+    assert max(counts) <= 8.0 and counts[-1] <= 1.3 * counts[0]
