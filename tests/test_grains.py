@@ -208,6 +208,18 @@ def test_looking_and_restarting_change_nothing(name, periodic):
     assert straight.count(events.COLLISIONS) == resumed.count(events.COLLISIONS)
 
 
+def test_a_grazing_contact_is_foreseen_from_afar():
+    """From 100 diameters, with all but 2e-13 of a diameter to the side: it touches, and at the right time."""
+    diameter, distance = 0.001, 0.1
+    aside = diameter * (1.0 - 2e-13)
+    for angle in np.random.default_rng(6).uniform(0.0, 2.0 * math.pi, 200):
+        along, across = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
+        motion = np.zeros(2, events.MOTION)
+        motion["x"], motion["y"] = np.stack([np.zeros(2), distance * along + aside * across]).T
+        motion["vx"][1], motion["vy"][1] = -along
+        assert events.meeting(motion, 0, 1, 0.0, 0.0, diameter) == pytest.approx(distance, abs=1e-8)
+
+
 @pytest.mark.parametrize("name", WALLS)
 def test_the_books_balance(name):
     gas = gas_of_grains(200, 0.2, WALLS[name], 0.9)
