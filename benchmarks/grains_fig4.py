@@ -89,15 +89,11 @@ def grains(output: Path, name: str, seed: int) -> dict[str, Any]:
     """Series of a run of grains, and its summary; runs it if it is not there, and goes on with it if it was stopped."""
     box = BOXES[name]
     folder = output / f"{name.replace(' ', '')}_{seed}"
-    if not json.loads(read_if_there(folder / "summary.json"))["completed"]:
-        begin = [
-            str(PROBLEMS / f"{box.deck}.toml"),
-            f"grains.seed={seed}",
-            "output.movie=true",
-            "--output",
-            str(folder),
-        ]
-        words = ["restart", str(folder)] if (folder / "deck.toml").exists() else begin
+    summary = folder / "summary.json"
+    if not (summary.exists() and json.loads(summary.read_text())["completed"]):
+        begun = (folder / "deck.toml").exists()
+        begin = [str(PROBLEMS / f"{box.deck}.toml"), f"grains.seed={seed}", "output.movie=true"]
+        words = ["restart", str(folder)] if begun else [*begin, "--output", str(folder)]
         if hydro([*words, *box.overrides]):
             raise SystemExit(f"{name} failed")
     ratio = load(folder / "deck.toml").box.aspect_ratio
@@ -108,13 +104,8 @@ def grains(output: Path, name: str, seed: int) -> dict[str, Any]:
         "history": history, "time": history["time"], "wall_max": history["wall_max"], "wall_min": history["wall_min"],
         "frame_time": np.array([frame_time(path) for path in pictures]),
         "amplitudes": np.array([amplitudes(density, Mesh.rectangle(density.shape, ratio)) for density in fields]),
-        "summary": json.loads((folder / "summary.json").read_text()), "folder": folder,
+        "summary": json.loads(summary.read_text()), "folder": folder,
     }  # fmt: skip
-
-
-def read_if_there(summary: Path) -> str:
-    """A summary, or that of a run that has not begun."""
-    return summary.read_text() if summary.exists() else '{"completed": false}'
 
 
 def setting(name: str, gas_of: Callable[[Any], Any]) -> tuple[Any, Any, VibratingWall]:
