@@ -278,7 +278,8 @@ FIGURE = """
 ![Wall densities and amplitudes of cosines against time](grains_fig4.png)
 
 *Grains (red, orange, brown: seeds; wall densities averaged over windows, which lowers the largest and lifts the
-smallest where a cluster moves, and noise does the opposite) and two hydrodynamics from the same start, {nx} x {ny} cells, with the viscosity of kinetic
+smallest where a cluster moves, and noise does the opposite) and two
+hydrodynamics from the same start, {nx} x {ny} cells, with the viscosity of kinetic
 theory, no rolling friction, and the wall that gives the same heat: "closures", those of the paper with the conduction
 and the densities that dilute grains have (the last two columns above); "Enskog", Enskog's theory without a fitted
 number. They start with an amplitude of one half-wave as large as the noise of the grains, (2/N)^(1/2): what is its own
