@@ -23,6 +23,7 @@ from hydro.grains.queue import (
     keep_pace,
     schedule,
     schedule_all,
+    tomorrow,
 )
 from hydro.grains.random import seeded
 from hydro.grains.walls import ElasticWall, RandomPhaseWall, SawtoothWall, SinusoidalWall, ThermalWall
@@ -92,7 +93,7 @@ def play(queue, times, after, others, waits, until):
         if i == NOBODY:
             if queue.today[0] >= day_of(queue, until):
                 break
-            queue.today[0] += 1
+            tomorrow(queue)
             continue
         now = queue.entries[i].event
         if now > until:

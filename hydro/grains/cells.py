@@ -13,7 +13,7 @@ from hydro.grains.events import Arena
 
 NARROWEST = 1.01  # diameters
 BLOCK = 32.0  # diameters: width of the blocks in which cells are equal
-OCCUPANCY = 0.4  # grains in a cell, where that asks for no narrower ones
+OCCUPANCY = 0.3  # grains in a cell, where that asks for no narrower ones
 
 
 def arena(

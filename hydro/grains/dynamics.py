@@ -9,8 +9,8 @@ import numpy as np
 
 from hydro.errors import RunFailed
 from hydro.grains import cells, events
-from hydro.grains.events import CLOCK, COUNTS, MOTION, PROSPECT, SUMS, Arena, Grains
-from hydro.grains.queue import FINEST, aligned, calendar
+from hydro.grains.events import CLOCK, COUNTS, LAG, MOTION, PROSPECT, SUMS, Arena, Grains
+from hydro.grains.queue import FINEST, aligned, calendar, ring
 from hydro.grains.random import seeded
 
 EPOCH = 0.25  # times are counted from the last multiple of this: small numbers have fine digits
@@ -60,8 +60,8 @@ class Dynamics:
         for name, column in zip(COLUMNS, memory["motion"].T, strict=True):
             motion[name] = column[self._order]
         self.grains = Grains(
-            motion, prospects, np.zeros(self.arena.columns * self.arena.rows, np.int32),
-            np.zeros((number + 2, 3), np.int32), calendar(prospects, pace),
+            motion, prospects, events.no_cells(self.arena),
+            np.zeros((number + 2, 3), np.int32), calendar(prospects, pace), ring(LAG), ring(LAG),
             *(memory[name].copy() for name in ("clock", "random", "sums", "counts")),
         )  # fmt: skip
         self._epoch = int(memory["epoch"][0])

@@ -24,14 +24,18 @@ from hydro.grains.queue import (
     EVENTS,
     NOBODY,
     Queue,
+    Ring,
+    aligned,
     cancel,
     day_of,
     earliest_today,
     first_on,
     keep_pace,
     page_of,
+    put,
     schedule,
     schedule_all,
+    tomorrow,
 )
 from hydro.jit import fetch, inline, kernel
 
@@ -44,12 +48,14 @@ PROSPECT = np.dtype({
     "names": ["event", "collision", "partner", "seen", "later", "step_x", "step_y"],
     "formats": ["f8"] * 2 + ["i4"] * 3 + ["i2"] * 2,
 })  # fmt: skip
+CELL = np.dtype([("first", "i4"), ("second", "i4")])  # the grains in a cell; from the second on, one tells the next
 CANDIDATE, ACROSS_X, ACROSS_Y = range(3)  # columns of `candidates`
 LEFT, RIGHT, BOTTOM, TOP = -2, -3, -4, -5  # partners that are no grains
 WALL_ENERGY, LOSS, VIRIAL, PUSH_LEFT, PUSH_RIGHT, SUMS = range(6)
 COLLISIONS, WALL_HITS, SOFT, STALE, CROSSINGS, COUNTS = range(6)
 NOW, ORIGIN, CLOCK = range(3)
-AHEAD = 6  # days between the stages of looking ahead
+TO_FIRST, TO_SECOND, TO_ALL = 14, 11, 8  # days to that whose first, second grain is fetched; all are looked at
+LAG = 2  # events between two looks at a grain
 
 
 class Grains(NamedTuple):
@@ -58,19 +64,22 @@ class Grains(NamedTuple):
     motion (N,): of each grain the position, velocity, and the time they belong to; how many collisions it has had; the
     next grain of the same cell; column and row of that. prospects (N,): the time of its next event, and of its next
     collision; its partner in that, and how many collisions the partner had had when it was foreseen; the next grain in
-    the queue; by how many columns and rows the next event takes it to another cell, if it does. heads (cells,): first
-    grain of each cell, column by column. candidates (N + 2, 3): room for the grains in a block of cells, and how often
-    one goes round the box to them. clock (2,): time of the last event, and what to add to times to count them from the
-    beginning of a period of the wall. random (4,): the state of the random numbers. sums (5,): energy given by the
-    wall, energy lost, the virial, momentum given to the walls at x = 0 and x = 1. counts (5,): collisions, impacts on
-    the driving wall, collisions that the contact time made elastic, stale events, changes of cell.
+    the queue; by how many columns and rows the next event takes it to another cell, if it does. cells: first and second
+    grain of each, NOBODY where there is none. candidates (N + 2, 3): room for the grains in a block of cells, and how
+    often one goes round the box to them. soon, sooner: grains whose events are looked at ahead. clock (2,): time of the
+    last event, and what to add to times to count them from the beginning of a period of the wall. random (4,): the
+    state of the random numbers. sums (5,): energy given by the wall, energy lost, the virial, momentum given to the
+    walls at x = 0 and x = 1. counts (5,): collisions, impacts on the driving wall, collisions that the contact time
+    made elastic, stale events, changes of cell.
     """
 
     motion: np.ndarray
     prospects: np.ndarray
-    heads: np.ndarray
+    cells: np.ndarray
     candidates: np.ndarray
     queue: Queue
+    soon: Ring
+    sooner: Ring
     clock: np.ndarray
     random: np.ndarray
     sums: np.ndarray
@@ -132,31 +141,41 @@ def wrapped(cell, cells):
 
 
 @inline(exact=True)
+def cell_at(arena, column, row):
+    """The index of a cell: blocks of 2 x 4 cells have a line of the cache each."""
+    blocks = (arena.rows + 3) >> 2
+    return np.uintp((((column >> 1) * blocks + (row >> 2)) << 3) + ((column & 1) << 2) + (row & 3))
+
+
+def no_cells(arena: Arena) -> np.ndarray:
+    """Room for the cells of a box."""
+    return aligned(int(cell_at.py_func(arena, arena.columns - 1 | 1, arena.rows - 1 | 3)) + 1, CELL)
+
+
+@inline(exact=True)
 def gather(grains, arena, first_column, last_column, first_row, last_row):
     """List the grains in a block of cells as candidates; returns how many there are.
 
-    Without branches: what is written behind the last candidate is written over.
+    What is written behind the last candidate is written over.
     """
-    heads, motion, candidates = grains.heads, grains.motion, grains.candidates
+    cells, motion, candidates = grains.cells, grains.motion, grains.candidates
     found = 0
     for column in range(first_column, last_column + 1):
         across_x = around(column, arena.columns)
-        in_column = (column - across_x * arena.columns) * arena.rows
         for row in range(first_row, last_row + 1):
             across_y = around(row, arena.rows)
-            first = heads[in_column + row - across_y * arena.rows]
-            candidates[found, CANDIDATE] = first
+            cell = cell_at(arena, column - across_x * arena.columns, row - across_y * arena.rows)
+            candidates[found, CANDIDATE] = cells[cell].first
             candidates[found, ACROSS_X] = across_x
             candidates[found, ACROSS_Y] = across_y
-            found += first >= 0
-    k = 0
-    while k < found:
-        after = motion[candidates[k, CANDIDATE]].following
-        candidates[found, CANDIDATE] = after
-        candidates[found, ACROSS_X] = candidates[k, ACROSS_X]
-        candidates[found, ACROSS_Y] = candidates[k, ACROSS_Y]
-        found += after >= 0
-        k += 1
+            found += cells[cell].first >= 0
+            other = cells[cell].second
+            while other >= 0:
+                candidates[found, CANDIDATE] = other
+                candidates[found, ACROSS_X] = across_x
+                candidates[found, ACROSS_Y] = across_y
+                found += 1
+                other = motion[np.uintp(other)].following
     return found
 
 
@@ -169,10 +188,10 @@ def look_into(grains, arena, i, first_column, last_column, first_row, last_row):
     motion, candidates = grains.motion, grains.candidates
     earliest, partner = grains.prospects[i].collision, np.int64(NOBODY)
     for k in range(gather(grains, arena, first_column, last_column, first_row, last_row)):
-        j = np.int64(candidates[k, CANDIDATE])
+        j = np.uintp(candidates[k, CANDIDATE])
         shift_x, shift_y = candidates[k, ACROSS_X] * 1.0, candidates[k, ACROSS_Y] * arena.length_y
         at = meeting(motion, i, j, shift_x, shift_y, arena.diameter)
-        partner = j if at < earliest else partner
+        partner = np.int64(j) if at < earliest else partner
         earliest = min(at, earliest)
     if partner >= 0:
         grains.prospects[i].collision = earliest
@@ -306,26 +325,33 @@ def change_cell(grains, arena, i):
 
 @inline(exact=True)
 def leave_cell(grains, arena, i):
-    """Take grain i out of the list of its cell."""
-    heads, motion = grains.heads, grains.motion
-    cell = motion[i].column * arena.rows + motion[i].row
-    before = np.int64(heads[cell])
-    if before == i:
-        heads[cell] = motion[i].following
-        return
-    while motion[before].following != i:
-        before = np.int64(motion[before].following)
-    motion[before].following = motion[i].following
+    """Take grain i out of its cell."""
+    cells, motion = grains.cells, grains.motion
+    cell = cell_at(arena, motion[i].column, motion[i].row)
+    before = np.int64(cells[cell].second)
+    if cells[cell].first == i:
+        cells[cell].first = before
+        if before >= 0:
+            cells[cell].second = motion[before].following
+    elif before == i:
+        cells[cell].second = motion[i].following
+    else:
+        while motion[before].following != i:
+            before = np.int64(motion[before].following)
+        motion[before].following = motion[i].following
 
 
 @inline(exact=True)
 def enter_cell(grains, arena, i, column, row):
-    """Put grain i at the head of the list of a cell."""
-    heads, motion = grains.heads, grains.motion
-    cell = column * arena.rows + row
+    """Put grain i into a cell, as the first or else the second."""
+    cells, motion = grains.cells, grains.motion
+    cell = cell_at(arena, column, row)
     motion[i].column, motion[i].row = column, row
-    motion[i].following = heads[cell]
-    heads[cell] = i
+    if cells[cell].first < 0:
+        cells[cell].first = i
+    else:
+        motion[i].following = cells[cell].second
+        cells[cell].second = i
 
 
 @inline(exact=True)
@@ -398,43 +424,75 @@ def fetch_grain(grains, i):
 
 
 @inline(exact=True)
-def fetch_surroundings(grains, arena, i):
-    """Have the partner of grain i brought near, and the lists of the cells that it will look into."""
-    fetch_grain(grains, np.int64(grains.prospects[i].partner))
-    first_column, last_column, first_row, _ = next_block(grains, arena, i)
-    for column in range(first_column, last_column + 1):
-        fetch(grains.heads, column * arena.rows + first_row)
+def collides(grains, i):
+    """Whether the next event of grain i is a collision with another, if that has not changed its course."""
+    prospects = grains.prospects
+    return (prospects[i].partner >= 0) & (prospects[i].event == prospects[i].collision)
+
+
+@inline(exact=True)
+def near_both(cell, other, cells, periodic):
+    """First and last of the cells around two cells side by side, along one direction; of two far apart, around one."""
+    (first, _), (_, last) = near(min(cell, other), cells, periodic), near(max(cell, other), cells, periodic)
+    return first, min(last, first + 3)
+
+
+@inline(exact=True)
+def around_both(grains, arena, i):
+    """The cells around grain i, and around its partner or the cell that its next event takes it to; as from `block`."""
+    motion, prospects = grains.motion, grains.prospects
+    column, row = motion[i].column, motion[i].row
+    other_column, other_row = column + prospects[i].step_x, row + prospects[i].step_y
+    if collides(grains, i):
+        partner = np.int64(prospects[i].partner)
+        other_column, other_row = motion[partner].column, motion[partner].row
+    first_column, last_column = near_both(column, other_column, arena.columns, arena.periodic_x)
+    first_row, last_row = near_both(row, other_row, arena.rows, arena.periodic_y)
+    return first_column, last_column, first_row, last_row
+
+
+@inline(exact=True)
+def fetch_cells(grains, arena, i):
+    """Have the cells brought near that the next event of grain i is about, and the page of that of its partner."""
+    first_column, last_column, first_row, last_row = around_both(grains, arena, i)
+    for column in (first_column, first_column + 2, last_column):
+        fetch(grains.cells, cell_at(arena, column, first_row))
+        fetch(grains.cells, cell_at(arena, column, last_row))
+    queue, partner = grains.queue, max(np.int64(grains.prospects[i].partner), 0)
+    fetch(queue.pages, page_of(queue, day_of(queue, grains.prospects[partner].event)))
 
 
 @inline(exact=True)
 def fetch_neighbours(grains, arena, i):
-    """Have the first grains of those cells brought near, and where the event of the partner stands."""
-    queue, partner = grains.queue, max(np.int64(grains.prospects[i].partner), 0)
-    fetch(queue.pages, page_of(queue, day_of(queue, grains.prospects[partner].event)))
-    first_column, last_column, first_row, last_row = next_block(grains, arena, i)
+    """Have the grains brought near, but third ones of a cell, that are looked at after the next event of grain i."""
+    if collides(grains, i):
+        first_column, last_column, first_row, last_row = around_both(grains, arena, i)
+    else:
+        first_column, last_column, first_row, last_row = next_block(grains, arena, i)
     for column in range(first_column, last_column + 1):
-        in_column = wrapped(column, arena.columns) * arena.rows
         for row in range(first_row, last_row + 1):
-            fetch(grains.motion, np.int64(grains.heads[in_column + wrapped(row, arena.rows)]))
+            cell = cell_at(arena, wrapped(column, arena.columns), wrapped(row, arena.rows))
+            fetch(grains.motion, grains.cells[cell].first)
+            fetch(grains.motion, grains.cells[cell].second)
 
 
 @inline(exact=True)
 def look_ahead(grains, arena):
-    """Have what the events of coming days need brought near: in stages, for each says where the next has to look."""
+    """Have what the events of coming days need brought near, in stages: each says where the next has to look."""
     queue, today = grains.queue, grains.queue.today[0]
-    i = first_on(queue, today + 4 * AHEAD)
-    fetch_grain(grains, i)
-    i = first_on(queue, today + 3 * AHEAD)
+    fetch_grain(grains, first_on(queue, today + TO_FIRST))
+    i = first_on(queue, today + TO_SECOND)
     if i >= 0:
         fetch_grain(grains, np.int64(grains.prospects[i].later))
-    i = first_on(queue, today + 2 * AHEAD)
+    i = first_on(queue, today + TO_ALL)
     while i >= 0:
-        fetch_surroundings(grains, arena, i)
-        i = np.int64(grains.prospects[i].later)
-    i = first_on(queue, today + AHEAD)
-    while i >= 0:
-        fetch_neighbours(grains, arena, i)
-        i = np.int64(grains.prospects[i].later)
+        later = np.int64(grains.prospects[i].later)
+        fetch_grain(grains, later)
+        fetch_grain(grains, np.int64(grains.prospects[i].partner))
+        soon = put(grains.soon, i)
+        fetch_cells(grains, arena, soon)
+        fetch_neighbours(grains, arena, put(grains.sooner, soon))
+        i = later
 
 
 @inline(exact=True)
@@ -469,7 +527,7 @@ def run(grains, arena, wall, until, budget):
         if i == NOBODY:
             if queue.today[0] >= day_of(queue, until):
                 break
-            queue.today[0] += 1
+            tomorrow(queue)
             look_ahead(grains, arena)
             continue
         time = queue.entries[i].event
@@ -491,7 +549,8 @@ def run(grains, arena, wall, until, budget):
 @kernel(exact=True)
 def fill_cells(grains, arena, cells):
     """Put every grain into its cell, given by column and row, shape (N, 2)."""
-    grains.heads[:] = NOBODY
+    for cell in range(grains.cells.size):
+        grains.cells[cell].first, grains.cells[cell].second = NOBODY, NOBODY
     for i in range(len(cells)):
         enter_cell(grains, arena, i, cells[i, 0], cells[i, 1])
 

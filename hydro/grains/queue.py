@@ -1,4 +1,4 @@
-"""The queue of events: one per grain, in a calendar whose days hold some one of them.
+"""The queue of events: one per grain, in a calendar whose days hold one or two of them.
 
 Nothing in it depends on the number of grains. Brown, Commun. ACM 31, 1220 (1988); Paul, J. Comput. Phys. 221, 615
 (2007).
@@ -11,9 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydro.jit import inline
+from hydro.jit import fetch, inline
 
 NOBODY = -1
+WAITING = -2  # in place of the next grain on a page: not on one yet
+ROOM = 8  # for grains that wait
+SOON = 64  # days, more than ROOM: grains whose events come sooner are entered at once
+EVENTS_IN_DAY = 1.4  # aimed at
 DAYS_PER_GRAIN = 2  # in a year, at least
 FINEST = 2.0**60  # days in a unit of time, at most
 NEVER = 2.0**62  # a day that does not come
@@ -21,12 +25,20 @@ LINE = 64  # bytes in a line of the cache
 EVENTS, DAY = range(2)
 
 
+class Ring(NamedTuple):
+    """Places for grains or nobody, (a power of two,), which take turns; turn (1,): how many have been taken."""
+
+    places: np.ndarray
+    turn: np.ndarray
+
+
 class Queue(NamedTuple):
     """A calendar, with a page for each day of a year. Next year the pages are used again.
 
     entries (N,): records of grains; among their fields are `event`, its time, and `later`, the next grain on the same
     page. pages (a power of two,): first grain of each. today (1,): counted from time zero, through all years. pace
-    (1,): days in a unit of time. since (2,): events since the pace was last looked at, and the day of that.
+    (1,): days in a unit of time. since (2,): events since the pace was last looked at, and the day of that. waiting:
+    grains that are not on a page yet.
     """
 
     entries: np.ndarray
@@ -34,12 +46,18 @@ class Queue(NamedTuple):
     today: np.ndarray
     pace: np.ndarray
     since: np.ndarray
+    waiting: Ring
 
 
 def calendar(entries: np.ndarray, pace: float) -> Queue:
     """For the events of all entries, as yet without any."""
     pages = np.full(1 << (DAYS_PER_GRAIN * len(entries) - 1).bit_length(), NOBODY, np.int32)
-    return Queue(entries, pages, np.zeros(1, np.int64), np.array([pace]), np.zeros(2, np.int64))
+    return Queue(entries, pages, np.zeros(1, np.int64), np.array([pace]), np.zeros(2, np.int64), ring(ROOM))
+
+
+def ring(places: int) -> Ring:
+    """With nobody in it."""
+    return Ring(np.full(places, NOBODY, np.int32), np.zeros(1, np.int64))
 
 
 def aligned(number: int, record: np.dtype) -> np.ndarray:
@@ -48,6 +66,24 @@ def aligned(number: int, record: np.dtype) -> np.ndarray:
     room = np.zeros(size + LINE, np.uint8)
     start = -room.ctypes.data % LINE
     return room[start : start + size].view(record)
+
+
+@inline(exact=True)
+def put(ring, i):
+    """Put a grain, or nobody, into a ring; returns the one in whose place it comes, which was there longest."""
+    place = ring.turn[0] & (ring.places.size - 1)
+    longest = np.int64(ring.places[place])
+    ring.places[place] = i
+    ring.turn[0] += 1
+    return longest
+
+
+@inline(exact=True)
+def put_out(ring, i):
+    """Leave nobody in the place of a grain."""
+    for place in range(ring.places.size):
+        if ring.places[place] == i:
+            ring.places[place] = NOBODY
 
 
 @inline(exact=True)
@@ -83,16 +119,53 @@ def earliest_today(queue):
 
 
 @inline(exact=True)
+def tomorrow(queue):
+    """Go on to the next day."""
+    queue.today[0] += 1
+    wait(queue, NOBODY)
+
+
+@inline(exact=True)
 def schedule(queue, i, time):
-    """Enter the event of a grain that has none."""
-    entries, page = queue.entries, page_of(queue, day_of(queue, time))
-    entries[i].event, entries[i].later = time, queue.pages[page]
+    """Take in the event of a grain that has none; its page, unless it is one of the next, has to be brought near."""
+    day = day_of(queue, time)
+    queue.entries[i].event = time
+    if day < queue.today[0] + SOON:
+        enter(queue, i)
+    else:
+        fetch(queue.pages, page_of(queue, day))
+        queue.entries[i].later = WAITING
+        wait(queue, i)
+
+
+@inline(exact=True)
+def wait(queue, i):
+    """Have a grain, or nobody, wait until the page of its event is near; who has waited longest is entered."""
+    longest = put(queue.waiting, i)
+    if longest >= 0:
+        enter(queue, longest)
+
+
+@inline(exact=True)
+def enter(queue, i):
+    """Put a grain on the page of its event."""
+    page = page_of(queue, day_of(queue, queue.entries[i].event))
+    queue.entries[i].later = queue.pages[page]
     queue.pages[page] = i
 
 
 @inline(exact=True)
 def cancel(queue, i):
     """Take the event of a grain out."""
+    if queue.entries[i].later == WAITING:
+        put_out(queue.waiting, i)
+    else:
+        take_out(queue, i)
+
+
+@inline(exact=True)
+def take_out(queue, i):
+    """Take a grain off the page of its event."""
     entries, page = queue.entries, page_of(queue, day_of(queue, queue.entries[i].event))
     before = np.int64(queue.pages[page])
     if before == i:
@@ -106,11 +179,11 @@ def cancel(queue, i):
 @inline(exact=True)
 def schedule_all(queue, now):
     """Enter the events of all grains, none of which is before now."""
-    queue.pages[:] = NOBODY
+    queue.pages[:], queue.waiting.places[:] = NOBODY, NOBODY
     queue.today[0] = day_of(queue, now)
     queue.since[EVENTS], queue.since[DAY] = 0, queue.today[0]
     for i in range(queue.entries.size):
-        schedule(queue, i, queue.entries[i].event)
+        enter(queue, i)
 
 
 @inline(exact=True)
@@ -121,6 +194,6 @@ def keep_pace(queue, now):
         return
     events_in_day = (since[EVENTS] + 1) / (today - since[DAY] + 1)
     since[EVENTS], since[DAY] = 0, today
-    if not 0.5 < events_in_day < 2.0:
-        queue.pace[0] = min(queue.pace[0] * events_in_day, FINEST)
+    if not 0.7 < events_in_day / EVENTS_IN_DAY < 1.4:
+        queue.pace[0] = min(queue.pace[0] * events_in_day / EVENTS_IN_DAY, FINEST)
         schedule_all(queue, now)
