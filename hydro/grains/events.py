@@ -464,8 +464,10 @@ def fetch_cells(grains, arena, i):
 
 @inline(exact=True)
 def fetch_neighbours(grains, arena, i):
-    """Have the grains brought near, but third ones of a cell, that are looked at after the next event of grain i."""
+    """Have the grains brought near that are looked at after the next event of grain i: the first two of each cell."""
     if collides(grains, i):
+        queue, partner = grains.queue, np.int64(grains.prospects[i].partner)
+        fetch(grains.prospects, first_on(queue, day_of(queue, grains.prospects[partner].event)))
         first_column, last_column, first_row, last_row = around_both(grains, arena, i)
     else:
         first_column, last_column, first_row, last_row = next_block(grains, arena, i)

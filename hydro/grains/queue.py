@@ -18,6 +18,7 @@ WAITING = -2  # in place of the next grain on a page: not on one yet
 ROOM = 8  # for grains that wait
 SOON = 64  # days, more than ROOM: grains whose events come sooner are entered at once
 EVENTS_IN_DAY = 1.4  # aimed at
+LOOKS = 4  # at the pace, in N events or a year
 DAYS_PER_GRAIN = 2  # in a year, at least
 FINEST = 2.0**60  # days in a unit of time, at most
 NEVER = 2.0**62  # a day that does not come
@@ -188,9 +189,9 @@ def schedule_all(queue, now):
 
 @inline(exact=True)
 def keep_pace(queue, now):
-    """Change the length of days that have held too many events or too few, of N events or a year."""
+    """Change the length of days that have held too many events or too few, since it was last looked at."""
     since, today = queue.since, queue.today[0]
-    if since[EVENTS] < queue.entries.size and today - since[DAY] < queue.pages.size:
+    if LOOKS * since[EVENTS] < queue.entries.size and LOOKS * (today - since[DAY]) < queue.pages.size:
         return
     events_in_day = (since[EVENTS] + 1) / (today - since[DAY] + 1)
     since[EVENTS], since[DAY] = 0, today
