@@ -11,6 +11,7 @@ from hydro.errors import RunFailed
 from hydro.gas import Grossman
 from hydro.grains import cells, events, theory
 from hydro.grains.cells import arena
+from hydro.grains.clusters import LINK, clusters
 from hydro.grains.dynamics import EPOCH, Dynamics
 from hydro.grains.placement import CLOSE_PACKING, lattice, placed
 from hydro.grains.queue import (
@@ -387,3 +388,31 @@ def test_grains_start_with_the_fields_of_the_deck():
     assert np.abs(counts - expected).max() < 5.0 * np.sqrt(expected.max())
     assert velocities.mean(axis=0) == pytest.approx([0.3, 0.0], abs=1e-12)
     assert velocities.var(axis=0).mean() == pytest.approx(2.0, rel=1e-12)
+
+
+def test_a_dense_gas_is_one_cluster_and_a_thin_one_many():
+    """n = 0.4 and 0.6: the density at which friends of friends reach through the box lies between."""
+    largest = {}
+    for n in (0.4, 0.6):
+        gas = gas_of_grains(4000, n)
+        gas.advance(0.1)
+        counts = np.bincount(clusters(gas))
+        assert counts.sum() == gas.number and np.all(np.diff(counts) <= 0) and counts[-1] > 0
+        largest[n] = counts[0] / gas.number
+    assert largest[0.4] < 0.1 and largest[0.6] > 0.9
+
+
+@pytest.mark.parametrize("periodic", [(False, False), (True, False), (False, True), PERIODIC])
+def test_clusters_reach_across_periodic_borders(periodic):
+    """A chain of three, the last beyond the border: its friend only where the box is periodic."""
+    d, length_y = 0.02, 2.0
+    step = 0.99 * LINK * d
+    along = np.array([[0.5 * step, 1.0], [1.5 * step, 1.0], [1.0 - 0.5 * step, 1.0]])
+    across = np.array([[0.5, 0.5 * step], [0.5, 1.5 * step], [0.5, length_y - 0.5 * step]])
+    alone = np.array([[0.5, 1.0]])
+    places = np.concatenate([alone, along, across])
+    gas = Dynamics(arena(d, 1.0, length_y, periodic), WALLS["elastic"], places, np.zeros_like(places))
+    sizes = [3 if periodic[0] else 2, 3 if periodic[1] else 2]
+    cluster = clusters(gas)
+    assert [np.count_nonzero(cluster == cluster[first]) for first in (1, 4)] == sizes
+    assert np.count_nonzero(cluster == cluster[0]) == 1 and cluster[1] != cluster[4]

@@ -14,11 +14,13 @@ from conftest import PROBLEMS, summary_of
 import hydro
 from hydro.cli import main
 from hydro.deck import changed, dumps, load, parse
+from hydro.deck.grains import COLOURS
 from hydro.deck.quantities import LENGTH
 from hydro.errors import DeckError
 from hydro.grains import events
 from hydro.grains.integrator import dynamics_of
 from hydro.initial import initial_state
+from hydro.pictures.grains import COLOURED, draw
 from hydro.pictures.sweep import ensemble
 from hydro.runs.checkpoint import read_checkpoint
 from hydro.runs.folder import RunFolder
@@ -258,6 +260,16 @@ def test_a_sweep_over_seeds_knows_the_numbers_of_grains(run_deck, tmp_path):
     )
     assert first.keys() == set(study.base.scalars) and None not in first.values()
     assert first["grains"] == second["grains"] and first["collisions"] != second["collisions"]
+
+
+def test_grains_are_drawn_in_every_colour_of_the_deck(tmp_path):
+    deck = load(PROBLEMS / "grains_small.toml", FEW)
+    grains = dynamics_of(deck, initial_state(deck))
+    images = set()
+    for colour in COLOURS:
+        draw(tmp_path / "grains.png", grains, colour)
+        images.add((tmp_path / "grains.png").read_bytes())
+    assert set(COLOURS) == set(COLOURED) and len(images) == len(COLOURS)
 
 
 def test_pictures_of_sweeps_average_over_seeds():

@@ -8,13 +8,14 @@ from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import Field, Strict, ValidationError, ValidationInfo, field_validator
 
-from hydro.deck.evolution import RunDeck
+from hydro.deck.evolution import Output, RunDeck
 from hydro.deck.experiment import STAND_IN, Scaled, packed
 from hydro.deck.fields import Among, Density, NonNegative, Number, Positive, Section, Text, broken_rule
 from hydro.deck.initial import Initial, ManufacturedInitial
 from hydro.deck.sections import GAMMA, Gas, Sections, number_in
 
 DRIVES = ("random-phase", "sinusoidal", "sawtooth")
+COLOURS = ("speed", "cluster")
 OUTRIGHT = ("diameter", "restitution", "number")
 ROUNDING = 1e-12  # in the 1-r^2 that follows from L, K and mu
 
@@ -90,6 +91,15 @@ class Grains(Section):
         }
 
 
+class GrainsOutput(Output):
+    """What a run keeps, and when; and how grains are drawn."""
+
+    colour: Annotated[Text, Among(COLOURS)] = Field(
+        default="speed",
+        description="of grains in pictures: by speed, or by the cluster they are in, of grains with gaps below 0.3 d",
+    )
+
+
 class GrainsDeck(RunDeck):
     """Event-driven molecular dynamics of inelastic smooth hard disks. They know no rolling friction."""
 
@@ -101,6 +111,7 @@ class GrainsDeck(RunDeck):
     kind: Literal["grains"] = "grains"
     gas: GrainsGas
     grains: Grains = Grains()
+    output: GrainsOutput = GrainsOutput()
 
     @field_validator("grains")
     @classmethod

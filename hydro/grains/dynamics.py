@@ -127,6 +127,18 @@ class Dynamics:
         return self._own("x", "y") + self.velocities * flight
 
     @property
+    def places(self) -> np.ndarray:
+        """Positions within the box, shape (N, 2): 0 <= x < 1 and 0 <= y < length_y where it is periodic."""
+        places = self.positions
+        for axis, (periodic, length) in enumerate(
+            ((self.arena.periodic_x, 1.0), (self.arena.periodic_y, self.arena.length_y))
+        ):
+            if periodic:
+                places[:, axis] %= length
+                places[places[:, axis] == length, axis] = 0.0  # what was negative by round-off
+        return places
+
+    @property
     def energy(self) -> float:
         """Of all grains."""
         return 0.5 * float((self.velocities**2).sum())

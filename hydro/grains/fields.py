@@ -16,11 +16,8 @@ def fields(grains: Dynamics, mesh: Mesh) -> np.ndarray:
 
     A grain counts for the cell that holds its centre: the sums over the mesh are those over the grains.
     """
-    positions, velocities = grains.positions, grains.velocities
-    for axis, (periodic, length) in enumerate(zip(mesh.periodic, (1.0, mesh.aspect_ratio), strict=True)):
-        if periodic:
-            positions[:, axis] %= length
-    i, j = cells_of(positions, mesh.x_faces, mesh.y_faces)
+    velocities = grains.velocities
+    i, j = cells_of(grains.places, mesh.x_faces, mesh.y_faces)
     carried = (None, velocities[:, 0], velocities[:, 1], 0.5 * (velocities**2).sum(axis=1))
     cell, size = i * mesh.dy.size + j, mesh.areas.size
     sums = np.array([np.bincount(cell, weights, size) for weights in carried]).reshape(4, *mesh.cells)

@@ -1,14 +1,19 @@
-"""Grains drawn to scale in their vessel, coloured by speed."""
+"""Grains drawn to scale in their vessel, coloured by speed or by cluster."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
+from hydro.grains.clusters import clusters
 from hydro.grains.dynamics import Dynamics
 from hydro.pictures.style import save
 
@@ -17,20 +22,21 @@ LIMITS = (0.25, 4.0)  # height over width, at most
 FASTEST = 99.0  # percentile of speeds at which the colours end
 PIXELS = 5.0  # across a grain, while the picture stays within its resolution
 RESOLUTION = (150, 400)  # dots per inch
+LEAST = 0.01  # of all grains, in a cluster with a colour of its own
+HUES = colormaps["tab10"].colors[:7]  # type: ignore[attr-defined]
+GREY = (0.5, 0.5, 0.5)  # of grains in smaller clusters
 
 
-def draw(path: Path, grains: Dynamics) -> None:
-    """All grains at the present time. Where the box has walls, the vessel is wider than it by a diameter."""
+def draw(path: Path, grains: Dynamics, colour: str) -> None:
+    """All grains at the present time, by a colour of COLOURED. Where the box has walls, the vessel is wider than it by
+    a diameter.
+    """
     box, radius = grains.arena, 0.5 * grains.arena.diameter
-    positions, lengths = grains.positions, (1.0, box.length_y)
     margins = [0.0 if periodic else radius for periodic in (box.periodic_x, box.periodic_y)]
-    for axis_number, (length, margin) in enumerate(zip(lengths, margins, strict=True)):
-        if margin == 0.0:
-            positions[:, axis_number] %= length
     shape = min(max(box.length_y, LIMITS[0]), LIMITS[1])
     figure = Figure(figsize=(HEIGHT / max(shape, 1.0) + 1.5, HEIGHT * min(shape, 1.0) + 0.6), layout="constrained")
     axis = figure.add_subplot()
-    disks = disks_at(positions, np.hypot(*grains.velocities.T), box.diameter)
+    disks = disks_at(grains.places, box.diameter)
     disks.set_offset_transform(axis.transData)
     axis.add_collection(disks)
     corner, size = (-margins[0], -margins[1]), (1.0 + 2.0 * margins[0], box.length_y + 2.0 * margins[1])
@@ -41,16 +47,34 @@ def draw(path: Path, grains: Dynamics) -> None:
     axis.set_xlabel("$x/L_x$")
     axis.set_ylabel("$y/L_x$")
     axis.set_title(f"{grains.number} grains, $t = {grains.time:g}$", fontsize=10)
-    figure.colorbar(disks, ax=axis, fraction=0.06, pad=0.02, extend="max", label="speed$/T_*^{1/2}$")
-    wanted = PIXELS / box.diameter * max(lengths) / HEIGHT
+    COLOURED[colour](axis, disks, grains)
+    wanted = PIXELS / box.diameter * max(1.0, box.length_y) / HEIGHT
     save(figure, path, min(max(wanted, RESOLUTION[0]), RESOLUTION[1]))
 
 
-def disks_at(positions: np.ndarray, speeds: np.ndarray, diameter: float) -> EllipseCollection:
-    """Disks to scale, with the colours of their speeds."""
+def disks_at(positions: np.ndarray, diameter: float) -> EllipseCollection:
+    """Disks to scale."""
     sizes = np.full(len(positions), diameter)
-    disks = EllipseCollection(
-        sizes, sizes, np.zeros_like(sizes), units="xy", offsets=positions, array=speeds, cmap="plasma", linewidth=0.0
-    )
-    disks.set_clim(0.0, float(np.percentile(speeds, FASTEST)))
-    return disks
+    return EllipseCollection(sizes, sizes, np.zeros_like(sizes), units="xy", offsets=positions, linewidth=0.0)
+
+
+def by_speed(axis: Axes, disks: EllipseCollection, grains: Dynamics) -> None:
+    """Colour disks by the speed of grains, with a colour bar."""
+    speeds = np.hypot(*grains.velocities.T)
+    disks.set(array=speeds, cmap="plasma", clim=(0.0, float(np.percentile(speeds, FASTEST))))
+    axis.figure.colorbar(disks, ax=axis, fraction=0.06, pad=0.02, extend="max", label="speed$/T_*^{1/2}$")
+
+
+def by_cluster(axis: Axes, disks: EllipseCollection, grains: Dynamics) -> None:
+    """Colour disks by the cluster of grains, grey in small ones, and list how many grains each has."""
+    rank = clusters(grains)
+    counts = np.bincount(rank)[: len(HUES)]
+    large = counts[counts >= max(LEAST * grains.number, 2)]
+    palette = np.array([*HUES[: large.size], GREY])
+    disks.set_facecolor(palette[np.minimum(rank, large.size)])
+    names = [*(f"{count}" for count in large), f"{grains.number - large.sum()}, others"]
+    dots = [Line2D([], [], linestyle="", marker="o", color=hue) for hue in palette]
+    axis.legend(dots, names, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="grains in clusters")
+
+
+COLOURED: dict[str, Callable[[Axes, EllipseCollection, Dynamics], None]] = {"speed": by_speed, "cluster": by_cluster}

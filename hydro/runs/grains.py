@@ -159,7 +159,8 @@ class GrainsKeeper(Keeper):
         if self.deck.output.pictures:
             from hydro.pictures.grains import draw  # matplotlib is slow to import
 
-            draw(self.folder.pictures / f"grains_{len(self.snapshots):04d}.png", grains_of(run))
+            name = f"grains_{len(self.snapshots):04d}.png"
+            draw(self.folder.pictures / name, grains_of(run), self.deck.output.colour)
 
     def seen(self, run: Run) -> State:
         """The average over the window."""
