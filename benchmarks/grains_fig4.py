@@ -27,9 +27,12 @@ from hydro.cli import main as hydro
 from hydro.deck import load
 from hydro.errors import RunFailed
 from hydro.gas import Grossman
+from hydro.grains.integrator import dynamics_again
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
-from hydro.pictures.style import publish
+from hydro.pictures.grains import show
+from hydro.pictures.style import publish, save
+from hydro.runs.checkpoint import read_checkpoint
 from hydro.runs.evolution import integrator_of
 from hydro.runs.frames import frame_time, frames, read_frame
 from hydro.runs.march import Run, march
@@ -43,6 +46,7 @@ PROBLEMS = Path(__file__).parent.parent / "problems"
 CELLS = (64, 128)  # of the flows
 SAMPLES = 400  # of a flow, over its time
 DENSE, WON = 0.7, 0.2  # a largest wall density, and a mean cosine of one half-wave: of 0.4 to 0.5 in the end
+CLOSE = 0.4  # to the elastic wall: what a picture of clusters shows
 WAVES = (1, 2)  # half-waves whose amplitudes are drawn
 REDS = ("tab:red", "tab:orange", "tab:brown")  # seeds
 COLOURS = {"closures": ("tab:blue", "--"), "Enskog": ("black", "-")}
@@ -210,6 +214,18 @@ def draw(results: dict[str, Any]) -> Figure:
     return figure
 
 
+def clustered(found: dict[str, Any]) -> Figure:
+    """Grains of a run at the times of its deck, by cluster."""
+    deck, folder = load(found["folder"] / "deck.toml"), found["folder"] / "checkpoints"
+    shots = [read_checkpoint(folder / shot["checkpoint"]) for shot in found["summary"]["snapshots"]]
+    figure = Figure(figsize=(3.2 * len(shots), 6.2), layout="constrained")
+    for axis, saved in zip(figure.subplots(1, len(shots), sharey=True, squeeze=False)[0], shots, strict=True):
+        show(axis, dynamics_again(deck, saved.memory), "cluster")
+        axis.set_xlim(right=CLOSE)
+        axis.label_outer()
+    return figure
+
+
 def rows(results: dict[str, Any]) -> list[list[Any]]:
     """Wall densities of grains, averaged over windows, and of the flows, at the times of the decks."""
     lines = []
@@ -289,6 +305,10 @@ does not hold.*
 ![Density of the grains](grains_fig4_density.png)
 
 *Density of the matched grains, averaged over windows.*
+
+![The matched grains, coloured by cluster](grains_fig4_clusters.png)
+
+*The matched grains, {number} in the whole box, by the cluster that they are in: grains with gaps below 0.3 d belong together.*
 """
 
 MOMENTS = f"""
@@ -341,6 +361,7 @@ def main() -> None:
     shutil.copy(
         results["matched"][0][0]["folder"] / "pictures" / "density.png", options.folder / "grains_fig4_density.png"
     )
+    save(clustered(results["matched"][0][0]), options.folder / "grains_fig4_clusters.png", dpi=200)
     print(PAGE.format(changed=", ".join(BOXES["large"].overrides[:2])))
     header = [
         "grains",
@@ -354,7 +375,7 @@ def main() -> None:
         "K =",
     ]
     print(table(header, boxes(results)))
-    print(FIGURE.format(nx=CELLS[0], ny=CELLS[1]))
+    print(FIGURE.format(nx=CELLS[0], ny=CELLS[1], number=results["matched"][0][0]["summary"]["grains"]))
     names = [f"{kind}, {who}" for kind in ("largest n(0, y)", "smallest n(0, y)") for who in ("grains", *GASES)]
     print(table(["grains", "t", *names], rows(results)))
     names = [f"{what}, {who}" for what in (f"n(0, y) > {DENSE:g}", "one side has won") for who in ("grains", *GASES)]

@@ -28,19 +28,24 @@ GREY = (0.5, 0.5, 0.5)  # of grains in smaller clusters
 
 
 def draw(path: Path, grains: Dynamics, colour: str) -> None:
-    """All grains at the present time, by a colour of COLOURED. Where the box has walls, the vessel is wider than it by
-    a diameter.
-    """
-    box, radius = grains.arena, 0.5 * grains.arena.diameter
-    margins = [0.0 if periodic else radius for periodic in (box.periodic_x, box.periodic_y)]
-    shape = min(max(box.length_y, LIMITS[0]), LIMITS[1])
+    """All grains at the present time, in one of the ways to colour them that COLOURED lists."""
+    length_y = grains.arena.length_y
+    shape = min(max(length_y, LIMITS[0]), LIMITS[1])
     figure = Figure(figsize=(HEIGHT / max(shape, 1.0) + 1.5, HEIGHT * min(shape, 1.0) + 0.6), layout="constrained")
-    axis = figure.add_subplot()
+    show(figure.add_subplot(), grains, colour)
+    wanted = PIXELS / grains.arena.diameter * max(1.0, length_y) / HEIGHT
+    save(figure, path, min(max(wanted, RESOLUTION[0]), RESOLUTION[1]))
+
+
+def show(axis: Axes, grains: Dynamics, colour: str) -> None:
+    """The same on an axis. Where the box has walls, the vessel is wider than it by a diameter."""
+    box, radius = grains.arena, 0.5 * grains.arena.diameter
     disks = disks_at(grains.places, box.diameter)
     disks.set_offset_transform(axis.transData)
     axis.add_collection(disks)
-    corner, size = (-margins[0], -margins[1]), (1.0 + 2.0 * margins[0], box.length_y + 2.0 * margins[1])
-    axis.add_patch(Rectangle(corner, *size, fill=False, linewidth=0.8))
+    beyond_x, beyond_y = (0.0 if periodic else radius for periodic in (box.periodic_x, box.periodic_y))
+    size = (1.0 + 2.0 * beyond_x, box.length_y + 2.0 * beyond_y)
+    axis.add_patch(Rectangle((-beyond_x, -beyond_y), *size, fill=False, linewidth=0.8))
     axis.set_xlim(-2.0 * radius, 1.0 + 2.0 * radius)
     axis.set_ylim(-2.0 * radius, box.length_y + 2.0 * radius)
     axis.set_aspect("equal")
@@ -48,8 +53,6 @@ def draw(path: Path, grains: Dynamics, colour: str) -> None:
     axis.set_ylabel("$y/L_x$")
     axis.set_title(f"{grains.number} grains, $t = {grains.time:g}$", fontsize=10)
     COLOURED[colour](axis, disks, grains)
-    wanted = PIXELS / box.diameter * max(1.0, box.length_y) / HEIGHT
-    save(figure, path, min(max(wanted, RESOLUTION[0]), RESOLUTION[1]))
 
 
 def disks_at(positions: np.ndarray, diameter: float) -> EllipseCollection:
