@@ -308,7 +308,8 @@ does not hold.*
 
 ![The matched grains, coloured by cluster](grains_fig4_clusters.png)
 
-*The matched grains, {number} in the whole box, by the cluster that they are in: grains with gaps below 0.3 d belong together.*
+*The matched grains, {number} in the whole box, by the cluster that they are in: grains with gaps below 0.3 d belong
+together.*
 """
 
 MOMENTS = f"""

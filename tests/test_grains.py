@@ -138,6 +138,17 @@ def test_the_calendar_gives_events_in_their_order(number, pace):
     assert np.array_equal(times[:happened], expected) and np.array_equal(entries["event"], foreseen)
 
 
+def test_an_event_that_waits_for_its_page_is_not_missed_when_no_other_comes():
+    """Grain 0 has events on days 0 and 100, grain 2 on day 150; those of all others never come."""
+    entries = np.zeros(300, events.PROSPECT)
+    entries["event"] = math.inf
+    entries["event"][[0, 2]] = 0.5, 150.5
+    times, never = np.zeros(3), np.full(3, math.inf)
+    after = np.array([100.0, math.inf, math.inf])
+    assert play(calendar(entries, 1.0), times, after, np.ones(3, np.int64), never, 1000.0) == 3
+    assert times.tolist() == [0.5, 100.5, 150.5]
+
+
 @pytest.mark.parametrize("pace", [1.0, FINEST])
 def test_days_come_to_hold_some_one_event(pace):
     """Whatever their length was; the grains begin on a dense lattice, where next events come much sooner than later."""
