@@ -13,6 +13,8 @@ import sys
 import tempfile
 import traceback
 
+from numba.np.ufunc import parallel
+
 from hydro.cli import main
 
 DRAWN = (
@@ -32,6 +34,7 @@ def fork(words, errors):
     if child := os.fork():
         return child
     code = 70
+    parallel._backend_init_process_lock = None  # of all forks: one killed with it would stop the others
     try:
         with open(errors, "w", buffering=1) as sys.stderr:
             try:
