@@ -77,7 +77,7 @@ STATES = {
 
 
 def speeds(grains: Dynamics, rounds: int) -> np.ndarray:
-    """Collisions per second in each of some rounds, of a gas that has forgotten its start."""
+    """Collisions per second in each of some rounds, when the fast grains have forgotten their start."""
     grains.advance(grains.time + WARM * grains.arena.diameter)
     span = 0.1 * grains.arena.diameter
     _, seconds = timed(grains, span)

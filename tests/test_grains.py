@@ -150,7 +150,7 @@ def test_an_event_that_waits_for_its_page_is_not_missed_when_no_other_comes():
 
 
 @pytest.mark.parametrize("pace", [1.0, FINEST])
-def test_days_come_to_hold_some_one_event(pace):
+def test_days_come_to_hold_one_event_or_two(pace):
     """Whatever their length was; the grains begin on a dense lattice, where next events come much sooner than later."""
     gas = gas_of_grains(1000, 0.9)
     queue = gas.grains.queue
@@ -166,6 +166,27 @@ def test_grains_at_rest_let_time_pass():
     gas = Dynamics(arena(0.1, 1.0, 1.0), ElasticWall(), np.array([[0.2, 0.5], [0.7, 0.5]]), np.zeros((2, 2)))
     gas.advance(5.0)
     assert gas.time == 5.0 and gas.count(events.COLLISIONS) == 0
+
+
+@pytest.mark.parametrize("periodic", [PERIODIC, (True, False)])
+def test_cells_of_a_periodic_box_do_not_change_the_sequence_of_events(periodic):
+    """Three cells across, which is the least, more, and their own."""
+    options = dict(restitution=0.97, periodic=periodic, length_y=1.3)
+    runs = [gas_of_grains(60, 0.3, cell=cell, **options) for cell in (0.5, 0.12, None)]
+    assert [run.arena.columns for run in runs[:2]] == [3, 8]
+    for run in runs:
+        run.advance(2.0)
+    assert runs[0].count(events.COLLISIONS) > 500
+    widest, *others = (run.memory() for run in runs)
+    assert all(same(widest, other, "motion", "sums") for other in others)
+
+
+def test_places_lie_in_the_box():
+    """Also of grains that round-off has put just outside."""
+    positions = np.array([[-1e-18, 0.5], [0.5, -1e-19], [1.0 + 1e-9, 2.0 + 1e-9]])
+    gas = Dynamics(arena(0.1, 1.0, 2.0, PERIODIC), WALLS["elastic"], positions, np.zeros_like(positions))
+    assert gas.places == pytest.approx(np.array([[0.0, 0.5], [0.5, 0.0], [1e-9, 1e-9]]), abs=1e-12)
+    assert np.all((gas.places >= 0.0) & (gas.places < [1.0, 2.0])) and clusters(gas).tolist() == [0, 1, 2]
 
 
 @pytest.mark.parametrize("name", WALLS)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray
 from conftest import PROBLEMS, summary_of
+from matplotlib.figure import Figure
 
 import hydro
 from hydro.cli import main
@@ -18,9 +19,12 @@ from hydro.deck.grains import COLOURS
 from hydro.deck.quantities import LENGTH
 from hydro.errors import DeckError
 from hydro.grains import events
+from hydro.grains.cells import arena
+from hydro.grains.dynamics import Dynamics
 from hydro.grains.integrator import dynamics_of
+from hydro.grains.walls import ElasticWall
 from hydro.initial import initial_state
-from hydro.pictures.grains import COLOURED, draw
+from hydro.pictures.grains import COLOURED, GREY, HUES, draw, show
 from hydro.pictures.sweep import ensemble
 from hydro.runs.checkpoint import read_checkpoint
 from hydro.runs.folder import RunFolder
@@ -270,6 +274,24 @@ def test_grains_are_drawn_in_every_colour_of_the_deck(tmp_path):
         draw(tmp_path / "grains.png", grains, colour)
         images.add((tmp_path / "grains.png").read_bytes())
     assert set(COLOURS) == set(COLOURED) and len(images) == len(COLOURS)
+
+
+@pytest.mark.parametrize("sizes", [(3, 2, 1, 1), (3, 2), (1, 1), (2,) * 9])
+def test_the_largest_clusters_have_hues_of_their_own(sizes):
+    """Rows of grains in touch, far from each other."""
+    d = 0.01
+    row = np.repeat(np.arange(len(sizes)), sizes)
+    column = np.concatenate([np.arange(size) for size in sizes])
+    places = np.stack([0.1 + 1.1 * d * column, 0.05 + 0.1 * row], axis=1)
+    grains = Dynamics(arena(d, 1.0, 1.0), ElasticWall(), places, np.zeros_like(places))
+    axis = Figure().add_subplot()
+    show(axis, grains, "cluster")
+    hued = sum(size > 1 for size in sizes[: len(HUES)])
+    wanted = [HUES[k] if k < hued else GREY for k in row]
+    assert np.allclose(axis.collections[0].get_facecolor()[:, :3], wanted)
+    rest = sum(sizes[hued:])
+    listed = [text.get_text() for text in axis.get_legend().get_texts()]
+    assert listed == [*(f"{size}" for size in sizes[:hued]), *([f"{rest}, others"] if rest else [])]
 
 
 def test_pictures_of_sweeps_average_over_seeds():

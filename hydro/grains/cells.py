@@ -51,9 +51,11 @@ def divided(box: Arena, borders_x: np.ndarray, borders_y: np.ndarray) -> Arena:
 
 
 def equal(box: Arena, width: float) -> Arena:
-    """The box in equal cells of a width, or a little more."""
-    lengths = (1.0, box.length_y)
-    return divided(box, *(np.linspace(0.0, length, max(math.floor(length / width), 1) + 1) for length in lengths))
+    """The box in equal cells of a width, or a little more; along a periodic direction in three at least."""
+    directions = ((1.0, box.periodic_x), (box.length_y, box.periodic_y))
+    numbers = (max(math.floor(length / width), fewest(periodic)) for length, periodic in directions)
+    borders = (np.linspace(0.0, length, n + 1) for (length, _), n in zip(directions, numbers, strict=True))
+    return divided(box, *borders)
 
 
 def crowded(box: Arena, places: np.ndarray, reach: float = 0.0) -> Arena:

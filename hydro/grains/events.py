@@ -55,7 +55,7 @@ WALL_ENERGY, LOSS, VIRIAL, PUSH_LEFT, PUSH_RIGHT, SUMS = range(6)
 COLLISIONS, WALL_HITS, SOFT, STALE, CROSSINGS, COUNTS = range(6)
 NOW, ORIGIN, CLOCK = range(3)
 TO_FIRST, TO_SECOND, TO_ALL = 14, 11, 8  # days to that whose first, second grain is fetched; all are looked at
-LAG = 2  # events between two looks at a grain
+LAG = 2  # events between two looks at a grain, a power of two
 
 
 class Grains(NamedTuple):
@@ -453,7 +453,10 @@ def around_both(grains, arena, i):
 
 @inline(exact=True)
 def fetch_cells(grains, arena, i):
-    """Have the cells brought near that the next event of grain i is about, and the page of that of its partner."""
+    """Have the cells brought near that the next event of grain i is about, and the page of that of its partner.
+
+    Beyond the border of a periodic box they are not the right ones, which does no harm.
+    """
     first_column, last_column, first_row, last_row = around_both(grains, arena, i)
     for column in (first_column, first_column + 2, last_column):
         fetch(grains.cells, cell_at(arena, column, first_row))

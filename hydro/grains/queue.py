@@ -15,7 +15,7 @@ from hydro.jit import fetch, inline
 
 NOBODY = -1
 WAITING = -2  # in place of the next grain on a page: not on one yet
-ROOM = 8  # for grains that wait
+ROOM = 8  # for grains that wait, a power of two
 SOON = 64  # days, more than ROOM: grains whose events come sooner are entered at once
 EVENTS_IN_DAY = 1.4  # aimed at
 LOOKS = 4  # at the pace, in N events or a year

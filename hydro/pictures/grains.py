@@ -24,7 +24,7 @@ PIXELS = 5.0  # across a grain, while the picture stays within its resolution
 RESOLUTION = (150, 400)  # dots per inch
 LEAST = 0.01  # of all grains, in a cluster with a colour of its own
 HUES = colormaps["tab10"].colors[:7]  # type: ignore[attr-defined]
-GREY = (0.5, 0.5, 0.5)  # of grains in smaller clusters
+GREY = (0.5, 0.5, 0.5)  # of all other grains
 
 
 def draw(path: Path, grains: Dynamics, colour: str) -> None:
@@ -69,14 +69,16 @@ def by_speed(axis: Axes, disks: EllipseCollection, grains: Dynamics) -> None:
 
 
 def by_cluster(axis: Axes, disks: EllipseCollection, grains: Dynamics) -> None:
-    """Colour disks by the cluster of grains, grey in small ones, and list how many grains each has."""
+    """Colour disks of the largest clusters, as many as there are HUES, and list how many grains each has."""
     rank = clusters(grains)
     counts = np.bincount(rank)[: len(HUES)]
     large = counts[counts >= max(LEAST * grains.number, 2)]
     palette = np.array([*HUES[: large.size], GREY])
     disks.set_facecolor(palette[np.minimum(rank, large.size)])
-    names = [*(f"{count}" for count in large), f"{grains.number - large.sum()}, others"]
-    dots = [Line2D([], [], linestyle="", marker="o", color=hue) for hue in palette]
+    names = [f"{count}" for count in large]
+    if others := grains.number - large.sum():
+        names.append(f"{others}, others")
+    dots = [Line2D([], [], linestyle="", marker="o", color=hue) for hue in palette[: len(names)]]
     axis.legend(dots, names, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="grains in clusters")
 
 
