@@ -323,7 +323,8 @@ half-wave:
 """
 
 VERDICT = """
-The matched run, which stops at t = 740, has not come to its end: the dense gas is on one side, but not yet in a corner.
+The matched run has three clusters at t = 100, two at 500 and 740, of which one lies in a corner, and at t = 1000, where
+it stops, one in that corner. It still moves: its means over the second half are not those of an end.
 
 **Two clusters do not last.** The paper's Fig. 4 ends in two, from a start that is its own mirror image. Grains are
 not: one cluster takes the grains of the others, as the linear theory of that state wants it ([steady.md](steady.md)).
@@ -340,7 +341,8 @@ more grains, which lose less in a collision, are slower, but still five times as
 **Where they end** the closures have the right state. Beside their half-wave at rest the grains are 12% (mu = 1) and 14%
 (large) thinner at the driving wall, the smallest density on the elastic wall is 22% and 43% lower, the mean cosine 6%
 lower and 6% higher. With mu = 1 the cluster wanders along the wall, so that the second cosine is 0.26 where it would be
-0.36 at rest. Enskog's theory has no state to end in: its core passes freezing, where it does not hold, and goes on to
+0.36 at rest. The matched grains have at t = 1000 the wall densities of their half-wave at rest: 0.996 and 0.0114, where it
+has 0.996 and 0.0115. Enskog's theory has no state to end in: its core passes freezing, where it does not hold, and goes on to
 close packing.
 
 The large grains lose 8% of the energy of their relative motion in a collision, and at t = 330 their core collapsed in a
