@@ -341,9 +341,9 @@ more grains, which lose less in a collision, are slower, but still five times as
 **Where they end** the closures have the right state. Beside their half-wave at rest the grains are 12% (mu = 1) and 14%
 (large) thinner at the driving wall, the smallest density on the elastic wall is 22% and 43% lower, the mean cosine 6%
 lower and 6% higher. With mu = 1 the cluster wanders along the wall, so that the second cosine is 0.26 where it would be
-0.36 at rest. The matched grains have at t = 1000 the wall densities of their half-wave at rest: 0.996 and 0.0114, where it
-has 0.996 and 0.0115. Enskog's theory has no state to end in: its core passes freezing, where it does not hold, and goes on to
-close packing.
+0.36 at rest. The matched grains have at t = 1000 the wall densities of their half-wave at rest: 0.996 and 0.0114, where
+it has 0.996 and 0.0115. Enskog's theory has no state to end in: its core passes freezing, where it does not hold, and
+goes on to close packing.
 
 The large grains lose 8% of the energy of their relative motion in a collision, and at t = 330 their core collapsed in a
 run without a contact time. It has been 1e-6 in all but those with mu = 1, and made few collisions elastic."""
