@@ -189,8 +189,7 @@ def main() -> None:
         print(f"\nT(0) = {temperature:g}:\n\n" + table(["K, tau", *(f"{tau:g}" for tau in SCAN["tau"])], rows))
 
     print("\n## K and tau, with T(0) = 1\n")
-    names = ("K", "tau")
-    two = fits(model, names, minima(names, scanned[:, :, SCAN["T(0)"].index(1.0)]))
+    two = fits(model, ("K", "tau"), minima(("K", "tau"), scanned[:, :, SCAN["T(0)"].index(1.0)]))
     print("## K, tau and T(0)\n")
     names = ("K", "tau", "T(0)")
     three = fits(model, names, minima(names, scanned))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from evolve import evolve
@@ -83,7 +84,8 @@ def main(folder: Path, overrides: list[str]) -> None:
     """Run, draw, print the page."""
     wall = Wall()
     run = evolve(DECK, overrides, wall.watch, every=EVERY)
-    deck, mesh = load(DECK, overrides), run.state.mesh
+    deck: Any = load(DECK, overrides)
+    mesh = run.state.mesh
     times, lines = np.array(wall.times), np.array(wall.lines)
     counts = np.array([clusters(line).size for line in lines])
     draw(folder / "coarsening.png", times, lines, counts, mesh)

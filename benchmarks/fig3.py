@@ -71,7 +71,7 @@ def f_where(family: Family, points: list[Point], which: int, wanted: float) -> f
 
     def excess(value: float) -> float:
         near = min(points, key=lambda point: abs(point.value - value))
-        return extremes(family, near, value)[which] - wanted
+        return float(extremes(family, near, value)[which]) - wanted
 
     return brentq(excess, points[0].value, points[-1].value, xtol=1e-8)
 

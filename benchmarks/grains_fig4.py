@@ -100,7 +100,8 @@ def grains(output: Path, name: str, seed: int) -> dict[str, Any]:
         words = ["restart", str(folder)] if begun else [*begin, "--output", str(folder)]
         if hydro([*words, *box.overrides]):
             raise SystemExit(f"{name} failed")
-    ratio = load(folder / "deck.toml").box.aspect_ratio
+    deck: Any = load(folder / "deck.toml")
+    ratio = deck.box.aspect_ratio
     pictures = frames(folder / "frames")
     fields = [read_frame(path) for path in pictures]
     history = np.genfromtxt(folder / "history.csv", delimiter=",", names=True)
@@ -216,7 +217,8 @@ def draw(results: dict[str, Any]) -> Figure:
 
 def clustered(found: dict[str, Any]) -> Figure:
     """Grains of a run at the times of its deck, by cluster."""
-    deck, folder = load(found["folder"] / "deck.toml"), found["folder"] / "checkpoints"
+    deck: Any = load(found["folder"] / "deck.toml")
+    folder = found["folder"] / "checkpoints"
     shots = [read_checkpoint(folder / shot["checkpoint"]) for shot in found["summary"]["snapshots"]]
     figure = Figure(figsize=(3.2 * len(shots), 6.2), layout="constrained")
     for axis, saved in zip(figure.subplots(1, len(shots), sharey=True, squeeze=False)[0], shots, strict=True):

@@ -13,7 +13,7 @@ import importlib.util
 import math
 import time
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +38,7 @@ STEPS_OF_TIME = (0.01, 0.1, 1.0, 10.0)
 PUSH = 0.01  # relative amplitude of the cosine in y that sets the cluster in motion
 SETTLING, COUNTED = 30, 10  # steps
 WITHOUT_LIMIT = 1e9
-pyamg = importlib.import_module("pyamg") if importlib.util.find_spec("pyamg") else None
+pyamg: Any = importlib.import_module("pyamg") if importlib.util.find_spec("pyamg") else None
 REACHED = 1e-9  # residual of the linear solves, relative
 CLUSTERS = {"clusters of Fig. 4": (0.0235, 2), "dense cluster": (0.04, 1)}  # f and half-waves
 FIG4 = "clusters of Fig. 4"
@@ -281,10 +281,10 @@ def linear() -> str:
             exact = splu(matrix).solve(right)
             apart = np.linalg.norm(solution - exact) / np.linalg.norm(exact)
             prepare, cycle = median_ms(hierarchy.prepare), median_ms(hierarchy.cycle)
-            whole = median_ms(lambda h=hierarchy, m=by_rows, r=right: by_cycles(h, m, r))
-            factor = median_ms(lambda m=matrix: splu(m))
+            whole = median_ms(partial(by_cycles, hierarchy, by_rows, right))
+            factor = median_ms(partial(splu, matrix))
             factors = splu(matrix)
-            solve = median_ms(lambda f=factors, r=right: f.solve(r))
+            solve = median_ms(partial(factors.solve, right))
             algebraic = by_pyamg(by_rows, right) if pyamg else ("not installed", "", "")
             rows.append(
                 [f"{nx} x {2 * nx}", f"{mean:.2g}", f"{prepare:.1f}", f"{cycle:.2f}", count, f"{prepare + whole:.0f}",

@@ -193,7 +193,8 @@ def main() -> None:
     draw(options.folder / "map.png", table, there, rows, folds)
     from hydro.deck import load
 
-    base = load(folder / "deck.toml").base
+    sweep: Any = load(folder / "deck.toml")
+    base = sweep.base
     times = [row["time"] for row in members[0]["snapshots"]]
     print(PAGE.format(
         count=len(members), end=times[-1], before=times[-2],

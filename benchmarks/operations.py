@@ -20,7 +20,7 @@ import numpy as np
 
 STEPS = 3
 DONE: Counter[str] = Counter()
-UNCOUNTED = {"zeros": np.zeros, "empty": np.empty, "empty_like": np.empty_like, "inv": np.linalg.inv}
+UNCOUNTED: dict[str, Any] = {"zeros": np.zeros, "empty": np.empty, "empty_like": np.empty_like, "inv": np.linalg.inv}
 
 
 class Number:
@@ -88,9 +88,9 @@ def count(kind: str, cells: int) -> dict[str, float]:
 
     for module in [module for name, module in sys.modules.items() if name.startswith("hydro.")]:
         if hasattr(module, "store_largest"):
-            module.store_largest = store_largest
+            setattr(module, "store_largest", store_largest)  # noqa: B010
     state, _ = problem(cells, kind)
-    np.zeros = np.empty = array  # type: ignore[assignment]
+    np.zeros = np.empty = array  # type: ignore[assignment, misc]
     np.empty_like = np.zeros_like = lambda like, **_: array(np.shape(like))  # type: ignore[assignment]
     np.linalg.inv = lambda matrix: UNCOUNTED["inv"](matrix.astype(float))  # type: ignore[assignment]
     _, integrator = problem(cells, kind)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from statistics import median
 from typing import Any
 
@@ -43,8 +44,8 @@ def states() -> str:
     for cells in GRIDS:
         mesh = Mesh.rectangle((cells, 2 * cells), 2.0)
         for wave, name in ((1, "half-wave"), (2, "full wave")):
-            taken, steady = seconds(lambda mesh=mesh, wave=wave: steady_state(GAS, WALL, mesh, F, wave))
-            growth, _ = seconds(lambda steady=steady: growth_of(steady, TAU, 1))
+            taken, steady = seconds(partial(steady_state, GAS, WALL, mesh, F, wave))
+            growth, _ = seconds(partial(growth_of, steady, TAU, 1))
             grid = f"{cells} x {2 * cells}"
             rows.append([name, grid, steady.iterations, f"{steady.residual:.0e}", f"{taken:.2f}", f"{growth:.2f}"])
     header = ["state", "cells", "Newton iterations, all meshes", "residual", "seconds", "seconds, growth rates"]
@@ -78,9 +79,9 @@ def stability() -> str:
     rows = []
     for L in (1e3, 5e4, 1e6):
         gas = Grossman(L=L, K=1.0)
-        state_s, state = seconds(lambda gas=gas: extended_state(gas, F))
-        marks = [seconds(lambda state=state, wall=wall: critical_aspect_ratio(state, wall))[0] for wall in WALLS]
-        tongues = [seconds(lambda gas=gas, wall=wall: tongue(gas, wall))[0] for wall in WALLS]
+        state_s, state = seconds(partial(extended_state, gas, F))
+        marks = [seconds(partial(critical_aspect_ratio, state, wall))[0] for wall in WALLS]
+        tongues = [seconds(partial(tongue, gas, wall))[0] for wall in WALLS]
         rows.append([f"{L:g}", *(f"{1e3 * s:.2g}" for s in (state_s, *marks)), *(f"{s:.2g}" for s in tongues)])
     walls = [f"critical ratio, {wall} wall, ms" for wall in WALLS] + [f"tongue, {wall} wall, s" for wall in WALLS]
     return "### Marginal stability\n\n" + table(["L", "extended state, ms", *walls], rows)

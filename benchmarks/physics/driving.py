@@ -94,7 +94,7 @@ def lone(wall: str, speed: float) -> float:
     """Heat over the law for a Maxwellian flux of grains, T = 1, that collide with nothing but the wall."""
     random, amplitude = np.random.default_rng(7), 0.0 if wall == "random-phase" else 1e-3
     grains = np.sqrt(-2.0 * np.log(1.0 - random.random(FLIGHTS)))
-    acting = WALLS[wall](speed, amplitude)
+    acting: Any = WALLS[wall](speed, amplitude)
     gains(acting, amplitude, grains, random.random(FLIGHTS) * acting.period, seeded(8))
     return float(grains.mean()) / (2.0 * speed**2)
 

@@ -38,7 +38,7 @@ def slab(
     bin per look) and energies (sum of v^2/2), (blocks, bins); looks in a block.
     """
     random = np.random.default_rng([seed, 1])
-    grains = box_of_grains(number, n, seed, WALLS[wall](speed, amplitude), 1.0, length_y, (False, True), amplitude)
+    grains = box_of_grains(number, n, seed, WALLS[wall](speed, amplitude), 1.0, length_y, (False, True))
     looks = round(span / INTERVAL / BLOCKS)
     for _ in range(round(warm / INTERVAL)):
         step(grains, random)
