@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -17,7 +19,9 @@ from conftest import PROBLEMS, summary_of
 
 from hydro.cli import main
 from hydro.deck import load
+from hydro.dynamics.integrator import Integrator
 from hydro.runs.checkpoint import read_checkpoint
+from hydro.runs.trackers import speed
 
 SMALL = ("mesh.cells=[16,32]", "time.end=3.0", "output.times=[1.0,3.0]")
 EVOLUTION_KEYS = {
@@ -67,6 +71,22 @@ def test_a_folder_with_a_run_is_kept_unless_told(run_deck, capsys):
     assert (folder / "summary.json").read_text() == before
     assert run_deck("cooling", "mesh.cells=[8,8]", "time.end=0.2", options=("--quiet", "--overwrite"))[1] == 0
     assert summary_of(folder)["time"] == 0.2
+
+
+def test_progress_tells_the_speed_in_steps_and_of_grains_in_collisions(run_deck, capsys):
+    words = ("gas.L=300", "gas.K=0.0255", "time.end=2.0", "output.times=[]", "output.pictures=false")
+    for name, overrides, unit in (("fig4", SMALL, "steps"), ("grains_small", words, "collisions")):
+        assert run_deck(name, *overrides, options=("--overwrite",))[1] == 0
+        assert re.search(rf"100%  t=\d  [\d,.]+ {unit}/s  0 s left", capsys.readouterr().err)
+
+
+class StepByStep(Integrator):
+    """Of which only the steps count."""
+
+
+@pytest.mark.parametrize(("steps", "told"), [(5, "2.5 steps/s"), (3_000_000, "1,500,000 steps/s"), (0, "0 steps/s")])
+def test_a_speed_is_legible_at_any_size(steps, told):
+    assert speed(SimpleNamespace(steps=steps, wall_seconds=2.0, integrator=StepByStep())) == told
 
 
 def test_files_that_no_run_made_are_left_alone(run_deck, tmp_path, capsys):

@@ -77,6 +77,10 @@ class Integrator(Protocol):
     def step(self, state: State, dt: float) -> Exchange:
         """Advance `state` in place by `dt`; StepRejected leaves it untouched."""
 
+    def work(self, steps: int) -> tuple[int, str]:
+        """What `steps` steps have come to, and the unit: what the speed of a run is told in."""
+        return steps, "steps"
+
     def memory(self) -> dict[str, np.ndarray]:
         """What the integrator has to remember, beside the state, to go on with the same bits; named as in MEMORY."""
 

@@ -121,6 +121,10 @@ class GrainsIntegrator(Integrator):
         sums = np.array([self.grains.sum(which) for which in (events.WALL_ENERGY, events.LOSS)])
         return sums / density_scale(self.grains.arena.diameter)
 
+    def work(self, steps: int) -> tuple[int, str]:
+        """Collisions: a step is a look, of which there are few."""
+        return self.grains.count(events.COLLISIONS), "collisions"
+
     def memory(self) -> dict[str, np.ndarray]:
         """The grains, and the looks at them."""
         looks = {name: np.array([getattr(sample, field) for sample in self.samples]) for name, field in LOOKS.items()}

@@ -139,6 +139,13 @@ class StopOnSignal(OnSignal):
             raise Stopped(f"stopped by {self._received} {where}")
 
 
+def speed(run: Run) -> str:
+    """The mean speed of a run so far, with its unit."""
+    work, unit = run.integrator.work(run.steps)
+    rate = work / max(run.wall_seconds, 1e-9)
+    return f"{rate:,.0f} {unit}/s" if rate >= 10.0 else f"{rate:.2g} {unit}/s"
+
+
 class ProgressBar(Quiet):
     """A bar with rate and time left. A context manager."""
 
@@ -165,8 +172,7 @@ class ProgressBar(Quiet):
         if seconds < self._due and run.state.time < run.end:
             return
         self._due = seconds + self.INTERVAL
-        rate = f"{run.steps / max(run.wall_seconds, 1e-9):.0f} steps/s"
-        self._progress.update(self._task, completed=run.state.time, now=f"{run.state.time:.4g}", rate=rate)
+        self._progress.update(self._task, completed=run.state.time, now=f"{run.state.time:.4g}", rate=speed(run))
 
 
 class ProgressLines(Quiet):
@@ -187,7 +193,6 @@ class ProgressLines(Quiet):
         if done < self._due:
             return
         left = run.wall_seconds * (1.0 / done - 1.0)
-        rate = run.steps / max(run.wall_seconds, 1e-9)
-        line = f"{self.title}: {done:4.0%}  t={run.state.time:.4g}  {rate:.0f} steps/s  {left:.0f} s left"
+        line = f"{self.title}: {done:4.0%}  t={run.state.time:.4g}  {speed(run)}  {left:.0f} s left"
         print(line, file=self.stream, flush=True)
         self._due = math.floor(done * 10.0 + 1.0) / 10.0
