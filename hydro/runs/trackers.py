@@ -9,13 +9,14 @@ import threading
 import time
 from collections.abc import Callable
 from types import FrameType
-from typing import Any, ClassVar, Self, TextIO
+from typing import Any, ClassVar, Self
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from hydro.errors import Stopped
 from hydro.runs.march import Run, Tracker
+from hydro.runs.progress import legible
 
 
 class Quiet(Tracker):
@@ -142,8 +143,7 @@ class StopOnSignal(OnSignal):
 def speed(run: Run) -> str:
     """The mean speed of a run so far, with its unit."""
     work, unit = run.integrator.work(run.steps)
-    rate = work / max(run.wall_seconds, 1e-9)
-    return f"{rate:,.0f} {unit}/s" if rate >= 10.0 else f"{rate:.2g} {unit}/s"
+    return f"{legible(work / max(run.wall_seconds, 1e-9))} {unit}/s"
 
 
 class ProgressBar(Quiet):
@@ -178,8 +178,8 @@ class ProgressBar(Quiet):
 class ProgressLines(Quiet):
     """A line for every tenth of the run, for outputs that are no terminal."""
 
-    def __init__(self, title: str, end: float, stream: TextIO = sys.stderr):
-        self.title, self.end, self.stream = title, end, stream
+    def __init__(self, title: str, end: float):
+        self.title, self.end = title, end
         self._due = 0.1
 
     def __enter__(self) -> ProgressLines:
@@ -194,5 +194,5 @@ class ProgressLines(Quiet):
             return
         left = run.wall_seconds * (1.0 / done - 1.0)
         line = f"{self.title}: {done:4.0%}  t={run.state.time:.4g}  {speed(run)}  {left:.0f} s left"
-        print(line, file=self.stream, flush=True)
+        print(line, file=sys.stderr, flush=True)
         self._due = math.floor(done * 10.0 + 1.0) / 10.0
