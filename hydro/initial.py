@@ -15,7 +15,7 @@ from hydro.errors import CheckpointError, Complaint, DeckError
 from hydro.exact.evolution import EVOLUTIONS, exact_evolution
 from hydro.mesh import Mesh
 from hydro.registry import Registry
-from hydro.runs.checkpoint import read_checkpoint
+from hydro.runs.checkpoint import Checkpoint, averaged, read_checkpoint
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State, inadmissible, worst_cell
 
@@ -125,21 +125,28 @@ def _conserved_along(gas, mesh: Mesh, axis: str, primitive) -> np.ndarray:
 
 @INITIAL_STATES.register("checkpoint")
 def from_checkpoint(deck: RunDeck, gas, mesh: Mesh) -> State:
-    """The state of a checkpoint, put on this mesh, with a perturbation if one is asked for."""
+    """The state of a checkpoint, of grains the average over their looks, on this mesh, with a perturbation or none."""
     initial: Any = deck.initial
-    try:
-        saved = read_checkpoint(Path(initial.path))
-    except CheckpointError as error:
-        raise DeckError([Complaint("initial.path", str(error))], "initial state") from error
-    if not np.isclose(saved.mesh.aspect_ratio, mesh.aspect_ratio, rtol=1e-12):
-        problem = f"{initial.path} has the aspect ratio {saved.mesh.aspect_ratio:g}, box.aspect_ratio is another"
-        raise DeckError([Complaint("initial.path", problem)], "initial state")
-    state = regrid(State(gas, saved.mesh, saved.conserved), mesh)
+    saved = checkpoint_of(deck)
+    state = regrid(State(gas, saved.mesh, averaged(saved)), mesh)
     if initial.refill:
         state = refilled(state, area_fraction(deck))
     if initial.perturbation is None:
         return state
     return perturbed(state, PATTERNS[initial.perturbation.kind](initial.perturbation, mesh))
+
+
+def checkpoint_of(deck: RunDeck) -> Checkpoint:
+    """The checkpoint that a deck starts from; DeckError if it cannot be read, or is of another box."""
+    initial: Any = deck.initial
+    try:
+        saved = read_checkpoint(Path(initial.path))
+    except CheckpointError as error:
+        raise DeckError([Complaint("initial.path", str(error))], "initial state") from error
+    if not np.isclose(saved.mesh.aspect_ratio, deck.box.aspect_ratio, rtol=1e-12):
+        problem = f"{initial.path} has the aspect ratio {saved.mesh.aspect_ratio:g}, box.aspect_ratio is another"
+        raise DeckError([Complaint("initial.path", problem)], "initial state")
+    return saved
 
 
 def refilled(state: State, mean: float) -> State:

@@ -67,10 +67,10 @@ def test_elastic_grains_keep_their_energy_and_do_not_overlap():
     assert np.all((gas.positions > -1e-12) & (gas.positions < 1.0 + 1e-12))
 
 
-def test_grains_do_not_overlap_in_a_million_collisions():
-    """Seen right after every 10,000th event: grains that have just collided touch. For 1e7: benchmarks/grains.py."""
+def test_grains_do_not_overlap_in_ten_million_collisions():
+    """Seen right after every 10,000th event: grains that have just collided touch."""
     gas, smallest = gas_of_grains(1000, 0.5, WALLS["thermal"], 0.95), math.inf
-    while gas.count(events.COLLISIONS) < 1_000_000:
+    while gas.count(events.COLLISIONS) < 10_000_000:
         smallest = min(smallest, gas.closest_until(gas.time + EPOCH, 10_000))
     assert -1e-12 < smallest < 1e-6
 
@@ -377,6 +377,49 @@ def test_a_moving_wall_is_met_at_its_first_crossing(wall):
             assert abs(place(start + after * (1.0 - 1e-14)) - x - v * after) < 1e-9
             assert wall.rebound(v, 0.0, start + after, None)[0] < v
     assert met > 100
+
+
+def contacts(wall, x, v, time, end):
+    """Times at which a lone grain meets the wall before `end`."""
+    times = []
+    while (after := wall.meeting(x, v, time)) < end - time:
+        x, time = x + v * after, time + after
+        v = wall.rebound(v, 0.0, time, None)[0]
+        times.append(time)
+    return times
+
+
+@pytest.mark.parametrize(("amplitude", "omega"), [(0.01, 30.0), (0.1, 20.0), (1e-3, 1e3), (0.2, 3.0)])
+def test_grains_that_graze_a_sinusoidal_wall(amplitude, omega):
+    """Flights that touch the wall, pass it by or cut into it by down to the last digit."""
+    random, wall = np.random.default_rng(1), SinusoidalWall(amplitude, omega, 2.0 * math.pi / omega)
+    met = 0
+    for _ in range(2000):
+        v = -amplitude * omega * random.uniform(-1.0, 1.0)
+        phase = math.pi + math.asin(v / (amplitude * omega))  # where the wall is as fast, and the gap smallest
+        deeper = 10.0 ** random.uniform(-17.0, -3.0) * random.choice([-1.0, 0.0, 1.0]) * amplitude
+        before = random.uniform(0.0, 0.3) * wall.period
+        x, time = 1.0 + amplitude * math.cos(phase) + deeper - v * before, phase / omega - before
+        after = wall.meeting(x, v, time)
+        flight = np.linspace(0.0, min(after, before + 0.2 * wall.period), 2001)
+        gap = 1.0 + amplitude * np.cos(omega * (time + flight)) - (x + v * flight)
+        if gap[0] > 0.0:
+            assert gap[:-1].min() > -1e-12 * amplitude - 1e-15
+            assert after == math.inf or abs(gap[-1]) < 1e-9 * amplitude or flight[-1] < after
+            met += bool(flight[-1] == after)
+    assert 500 < met < 1900
+
+
+def test_grains_about_as_fast_as_a_sinusoidal_wall_meet_it_again_in_the_same_period():
+    """One that catches up with a wall on its way out is met again as the wall comes back; then it leaves."""
+    random, wall = np.random.default_rng(2), SinusoidalWall(0.01, 30.0, 2.0 * math.pi / 30.0)
+    counts = []
+    for _ in range(500):
+        v, start = random.uniform(0.1, 0.6), random.uniform(0.0, wall.period)
+        times = contacts(wall, 1.0 - wall.amplitude, v, start, start + 100.0 * wall.period)
+        assert np.all(np.diff(times) > 0.0) and times[-1] - times[0] < wall.period
+        counts.append(len(times))
+    assert min(counts) == 1 and max(counts) > 2 and sum(count > 1 for count in counts) > 20
 
 
 @kernel(exact=True)

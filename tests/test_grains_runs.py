@@ -21,7 +21,7 @@ from hydro.errors import DeckError
 from hydro.grains import events
 from hydro.grains.cells import arena
 from hydro.grains.dynamics import Dynamics
-from hydro.grains.integrator import dynamics_of
+from hydro.grains.integrator import dynamics_again, dynamics_of, first_dynamics
 from hydro.grains.walls import ElasticWall
 from hydro.initial import initial_state
 from hydro.pictures.grains import COLOURED, GREY, HUES, draw, show
@@ -188,6 +188,67 @@ def test_grains_may_be_given_outright():
         assert dynamics_of(other, initial_state(other)).number == number
 
 
+def test_the_number_of_grains_given_outright_may_follow_from_the_area_fraction():
+    deck = parse(OUTRIGHT, ["gas.f=0.05", "grains={diameter=0.02, restitution=0.99}"])
+    assert (deck.gas.f, deck.diameter, deck.restitution) == (0.05, 0.02, 0.99) and parse(dumps(deck)) == deck
+    assert dynamics_of(deck, initial_state(deck)).number == round(0.05 * 4.0 / math.sqrt(3.0) / 0.02**2)
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (["grains.diameter=0.9", "grains.number=3"], "gas.f follows from it"),
+        (["grains.diameter=0.3", "grains.number=25"], "grains.number: 25 grains do not fit"),
+    ],
+)
+def test_grains_that_do_not_fit_are_refused_by_what_the_deck_says_of_them(words, problem):
+    with pytest.raises(DeckError, match=problem):
+        deck = parse(OUTRIGHT, words)
+        dynamics_of(deck, initial_state(deck))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["box.aspect_ratio=0.01", "grains.number=20"],
+        ["grains.diameter=0.9", "grains.number=2"],
+        ["grains.diameter=0.53", "grains.number=3"],
+        ["mesh.cells=[32,64]"],
+    ],
+    ids=str,
+)
+def test_few_grains_in_boxes_of_any_shape(words, tmp_path):
+    """Narrow boxes, large grains, and cells that hold none."""
+    path = tmp_path / "deck.toml"
+    path.write_text(OUTRIGHT)
+    assert main([str(path), *words, "output.pictures=false", "--output", str(tmp_path / "run"), "--quiet"]) == 0
+    summary = summary_of(tmp_path / "run")
+    assert summary["smallest_gap"] > -1e-12
+    assert 0.0 <= summary["snapshots"][-1]["wall_min"] <= summary["snapshots"][-1]["wall_max"]
+
+
+def test_grains_begin_as_a_checkpoint_has_them(run_deck, capsys):
+    """To the last digits, of another deck; not more of them, nor larger ones."""
+    folder, _ = run_deck("grains_small", *FEW, "box.periodic=['y']", "output.pictures=false")
+    path = sorted(folder.glob("checkpoints/*.h5"))[-1]
+    words = [*FEW, "box.periodic=['y']", f"initial={{kind='checkpoint', path='{path}'}}"]
+    deck = load(PROBLEMS / "grains_small.toml", [*words, "grains.drive=sawtooth"])
+    then, now = dynamics_again(deck, read_checkpoint(path).memory), first_dynamics(deck)
+    assert now.time == 0.0 and now.places == pytest.approx(then.places, abs=1e-14)
+    assert np.array_equal(now.velocities, then.velocities) and now.smallest_gap > -1e-12
+    assert any(line.startswith(f"{now.number} grains") for line in describe(deck))
+    for changes, key in (
+        (["gas.f=0.06"], "initial.path: it has 178 grains, and the deck 213"),
+        (["gas.K=0.05", f"gas.f={0.05 * (0.05 / 0.0255) ** 2}", "gas.L=10"], "initial.path: its grains overlap"),
+        ([f"initial={{kind='checkpoint', path='{path}', refill=true}}"], "initial.refill"),
+    ):
+        with pytest.raises(DeckError, match=key):
+            first_dynamics(load(PROBLEMS / "grains_small.toml", [*words, *changes]))
+    flow = load(PROBLEMS / "fig4.toml", ["mesh.cells=[4,8]", words[-1]])
+    averages = read_checkpoint(path).memory["look_fields"].mean(axis=0)
+    assert initial_state(flow).conserved == pytest.approx(averages, rel=1e-12)
+
+
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 def test_any_restitution_may_be_given_outright(restitution):
     deck = parse(OUTRIGHT, [f"grains.restitution={restitution}"])
@@ -200,8 +261,9 @@ def test_any_restitution_may_be_given_outright(restitution):
         (["gas.L=100"], "gas.L", "given beside grains.diameter, from which it follows"),
         (["gas.f=0.1"], "gas.f", "given beside grains.diameter"),
         (["gas.K=0.1"], "gas.K", "given beside grains.diameter"),
-        (["grains={diameter=0.02}"], "grains.restitution", "together, or none"),
-        (["grains={number=300}"], "grains.diameter", "together, or none"),
+        (["grains={diameter=0.02}"], "grains.restitution", "or none of them"),
+        (["grains={number=300}"], "grains.diameter", "or none of them"),
+        (["grains={diameter=0.02, restitution=0.9}"], "gas.f", "required"),
         (["grains={seed=1}"], "gas.L", "required"),
         (["grains.diameter=1.0"], "grains.diameter", "less than 1"),
         (["grains.restitution=1.1"], "grains.restitution", "at most 1"),
@@ -233,8 +295,18 @@ def test_an_inelastic_collapse_ends_with_its_last_state_saved(run_deck, capsys):
     words = ("gas.L=1e4", "gas.K=0.0213", "mesh.cells=[4,8]", "time.end=200.0", "output.times=[200.0]")
     folder, code = run_deck("grains_small", *words, "output.pictures=false")
     assert code == 3
-    assert "contact time" in capsys.readouterr().err
-    assert not summary_of(folder)["completed"] and list(folder.glob("checkpoints/*.h5"))
+    assert "grains.contact_time=1e-6" in capsys.readouterr().err
+    summary, saved = summary_of(folder), read_checkpoint(sorted(folder.glob("checkpoints/*.h5"))[-1])
+    assert not summary["completed"] and summary["time"] == saved.time == saved.memory["time"][0]
+    assert summary["smallest_gap"] > -1e-12 and abs(summary["energy_ledger"]["residual"]) < 1e-10
+    assert main(["restart", str(folder), "--quiet"]) == 3
+    assert len(list(folder.glob("checkpoints/*.h5"))) == 1
+    end = saved.time + 1.0
+    further = ["grains.contact_time=1e-3", f"time.end={end}", f"output.times=[{end}]"]
+    assert main(["restart", str(folder), *further]) == 0
+    summary = summary_of(folder)
+    assert summary["completed"] and summary["soft_collisions"] > 0
+    assert f"{summary['soft_collisions']} of the collisions were elastic" in capsys.readouterr().out
 
 
 def test_states_report_and_closing_lines_of_grains(run_deck, capsys):

@@ -331,6 +331,18 @@ def test_no_density_beyond_its_bounds_is_extrapolated_to_a_wall():
     assert 0.0 < low <= high < 1.0
 
 
+def test_averages_on_a_wall_count_whatever_they_are():
+    """Of grains: none in some cells, and layers denser than n_c."""
+    mesh = Mesh.rectangle((8, 8))
+    density = np.full(mesh.cells, 0.1)
+    density[:2, 2:4], density[:2, 5] = 1.06, 0.0
+    assert wall_extremes(density, mesh) == (0.0, 1.06)
+    density[:, :] = 0.0
+    assert wall_extremes(density, mesh) == (0.0, 0.0)
+    density[0], density[1] = 0.01, 0.07  # whose parabola is zero at the wall, but for round-off
+    assert wall_extremes(density, mesh) == (0.01, 0.01)
+
+
 def test_the_number_of_threads_does_not_change_a_bit():
     gas, mesh = Grossman(5e4, 2e-3), Mesh.rectangle((96, 128), 2.0, 3.0)
     noise = 1.0 + 0.1 * np.random.default_rng(0).uniform(-1.0, 1.0, mesh.cells)

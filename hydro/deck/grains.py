@@ -47,7 +47,7 @@ class GrainsGas(Gas):
 
 
 class Grains(Section):
-    """What only grains know. Diameter, restitution and number together take the place of L, f and K of the gas."""
+    """What only grains know. Diameter and restitution take the place of L and K of the gas, their number of f."""
 
     diameter: Annotated[Number, Field(gt=0, lt=1)] | None = Field(default=None, description="d/L_x; K = mu d/L_x")
     restitution: Annotated[Number, Field(ge=0, le=1)] | None = Field(
@@ -75,20 +75,18 @@ class Grains(Section):
     @field_validator("number")
     @classmethod
     def _check_outright(cls, number: int | None, info: ValidationInfo) -> int | None:
-        given = {key: info.data.get(key) for key in OUTRIGHT[:-1] if key in info.data} | {"number": number}
+        given = {key: info.data[key] for key in OUTRIGHT[:-1] if key in info.data}
         missing = [key for key, value in given.items() if value is None]
-        if 0 < len(missing) < len(given):
-            raise broken_rule("give diameter, restitution and number together, or none of them", f"grains.{missing[0]}")
+        if missing and (number is not None or len(missing) < len(given)):
+            problem = "give diameter and restitution together, and number or gas.f; or none of them"
+            raise broken_rule(problem, f"grains.{missing[0]}")
         return number
 
     def gas(self, gamma: float, mu: float, aspect_ratio: float) -> dict[str, float]:
         """What follows for the gas of grains that are given outright."""
         d, r = cast(float, self.diameter), cast(float, self.restitution)
-        return {
-            "L": 32.0 / (3.0 * gamma) * (1.0 - r) * (1.0 + r) / d**2,
-            "f": packed(cast(int, self.number), d, 1.0, aspect_ratio),
-            "K": mu * d,
-        }
+        gas = {"L": 32.0 / (3.0 * gamma) * (1.0 - r) * (1.0 + r) / d**2, "K": mu * d}
+        return gas if self.number is None else {**gas, "f": packed(self.number, d, 1.0, aspect_ratio)}
 
 
 class GrainsOutput(Output):
@@ -151,14 +149,15 @@ class GrainsDeck(RunDeck):
     @classmethod
     def inferred(cls, data: Mapping[str, Any]) -> dict[str, Sections]:
         section = data.get("grains")
-        outright = isinstance(section, dict) and any(key in section for key in OUTRIGHT)
-        if not outright or "experiment" in data:
+        given = {key for key in OUTRIGHT if key in section} if isinstance(section, dict) else set()
+        if not given or "experiment" in data:
             return super().inferred(data)
         gamma, mu = number_in(data, "gas", "gamma", GAMMA), number_in(data, "gas", "mu", 1.0)
         try:
             gas = Grains.model_validate(section).gas(gamma, mu, number_in(data, "box", "aspect_ratio", 1.0))
         except (ValidationError, ArithmeticError):
-            gas = {key: getattr(STAND_IN, key) for key in ("L", "f", "K")}
+            follow = ("L", "K", "f") if "number" in given else ("L", "K")
+            gas = {key: getattr(STAND_IN, key) for key in follow}
         return {"grains.diameter": {"gas": gas}}
 
     @property

@@ -19,6 +19,13 @@ PROGRESS = 1e-13  # of the clock in as many events, if grains do not collide wit
 COLUMNS = ("x", "y", "vx", "vy", "time")  # of what is kept as `motion`
 
 
+def kept_places(memory: dict[str, np.ndarray]) -> np.ndarray:
+    """Positions at the time of `Dynamics.memory`, shape (N, 2); in a periodic direction maybe out of the box."""
+    motion = memory["motion"]
+    flight = memory["time"][0] - memory["epoch"][0] * EPOCH - motion[:, 4:]
+    return motion[:, :2] + motion[:, 2:4] * flight
+
+
 class Dynamics:
     """Grains of one box: positions, velocities, clock, books and random numbers; `advance` runs their events.
 
@@ -108,7 +115,8 @@ class Dynamics:
                 return
             if self.grains.clock[events.NOW] - before < PROGRESS:
                 now = self._epoch * EPOCH + before
-                raise RunFailed(f"grains collide without end at t = {now:.6g}: inelastic collapse; set a contact time")
+                problem = f"grains collide without end at t = {now:.6g}: inelastic collapse"
+                raise RunFailed(f"{problem}; set a contact time, as a restart may: grains.contact_time=1e-6")
 
     @property
     def number(self) -> int:

@@ -10,18 +10,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydro.deck import GrainsDeck
+from hydro.deck.initial import CheckpointInitial
 from hydro.dynamics.integrator import Exchange, Integrator
-from hydro.errors import Complaint, DeckError
+from hydro.errors import Complaint, DeckError, RunFailed
 from hydro.grains import events, walls
 from hydro.grains.cells import arena
-from hydro.grains.dynamics import Dynamics
+from hydro.grains.dynamics import Dynamics, kept_places
 from hydro.grains.fields import density_scale, fields
 from hydro.grains.placement import number_of_grains, placed
+from hydro.initial import checkpoint_of, initial_state
 from hydro.registry import Registry
 from hydro.setup import mesh_of
 from hydro.state import State
 
 SAMPLES = 40  # looks at the fields that make an average
+OVERLAP = 1e-9  # of grains that were kept, in diameters: more than round-off
 
 # The driving wall of a deck: by the kind of its wall or, of one that vibrates, by how.
 DRIVES: Registry[Callable[[Any], Any]] = Registry("driving wall of grains")
@@ -54,6 +57,58 @@ def wall_kind(deck: GrainsDeck) -> str:
     return deck.grains.drive if wall_speed(deck) > 0.0 else "elastic"
 
 
+def first_dynamics(deck: GrainsDeck) -> Dynamics:
+    """The grains that a deck begins with: those of a checkpoint of grains, or placed by its initial state.
+
+    DeckError where they do not fit.
+    """
+    kept = kept_grains(deck)
+    if kept is None:
+        return dynamics_of(deck, initial_state(deck))
+    positions, velocities = kept
+    try:
+        grains = dynamics_from(deck, positions, velocities)
+    except ValueError as error:
+        raise DeckError([Complaint("initial.path", str(error))], "initial state") from error
+    if grains.smallest_gap < -OVERLAP:
+        problem = f"its grains overlap with the diameter {deck.diameter:g} by {-grains.smallest_gap:.2g} of it"
+        raise DeckError([Complaint("initial.path", problem)], "initial state")
+    return grains
+
+
+def kept_grains(deck: GrainsDeck) -> tuple[np.ndarray, np.ndarray] | None:
+    """Positions and velocities, (N, 2) each, where the deck starts from a checkpoint of grains; else None.
+
+    DeckError where the box is another, or the deck asks for another number of them.
+    """
+    initial = deck.initial
+    if not isinstance(initial, CheckpointInitial):
+        return None
+    saved = checkpoint_of(deck)
+    if "motion" not in saved.memory:
+        return None
+    number = number_of_grains(deck.gas.f, deck.diameter, deck.box.aspect_ratio)
+    positions, velocities = kept_places(saved.memory), saved.memory["motion"][:, 2:4]
+    for key, wrong, problem in (
+        ("initial.refill", initial.refill, "grains of a checkpoint are taken as they are"),
+        ("initial.perturbation", initial.perturbation is not None, "grains of a checkpoint are taken as they are"),
+        ("initial.path", len(positions) != number, f"it has {len(positions)} grains, and the deck {number}"),
+    ):
+        if wrong:
+            raise DeckError([Complaint(key, problem)], "initial state")
+    return positions, velocities
+
+
+def beginning(deck: GrainsDeck) -> tuple[float, float]:
+    """Mean density and temperature that the grains of a deck begin with."""
+    kept = kept_grains(deck)
+    if kept is not None:
+        number, energies = len(kept[1]), 0.5 * (kept[1] ** 2).sum(axis=1)
+        return number / (density_scale(deck.diameter) * deck.box.aspect_ratio), float(energies.mean())
+    state = initial_state(deck)
+    return state.mass / deck.box.aspect_ratio, float(state.temperature.mean())
+
+
 def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:
     """The grains of a deck, with the fields of its initial state. DeckError where they do not fit."""
     diameter, length_y = deck.diameter, deck.box.aspect_ratio
@@ -64,7 +119,8 @@ def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:
     try:
         return dynamics_from(deck, *placed(state, number, diameter, deck.grains.seed))
     except ValueError as error:
-        raise DeckError([Complaint("gas.f", str(error))], "initial state") from error
+        key = "gas.f" if wanted is None else "grains.number"
+        raise DeckError([Complaint(key, str(error), wanted)], "initial state") from error
 
 
 def dynamics_from(deck: GrainsDeck, positions: np.ndarray, velocities: np.ndarray) -> Dynamics:
@@ -107,10 +163,17 @@ class GrainsIntegrator(Integrator):
         return {"look": self._interval}
 
     def step(self, state: State, dt: float) -> Exchange:
-        """Run all events in `dt` and take the fields; what walls gave and collisions took is summed event by event."""
-        before = self._exchanged()
+        """Run all events in `dt` and take the fields; what walls gave and collisions took is summed event by event.
+
+        RunFailed by a collapse leaves grains and state as they were.
+        """
+        before, kept = self._exchanged(), self.grains.memory()
+        try:
+            self.grains.advance(state.time + dt)
+        except RunFailed:
+            self.grains.remember(kept)
+            raise
         state.time += dt
-        self.grains.advance(state.time)
         state.conserved[:] = fields(self.grains, state.mesh)
         self.samples.append(Sample(state.time, state.conserved.copy(), self.grains.sum(events.VIRIAL)))
         wall, lost = (self._exchanged() - before).tolist()

@@ -25,7 +25,8 @@ def lattice(diameter: float, length_y: float) -> np.ndarray:
     spacing = LOOSE * diameter
     columns = math.floor(1.0 / spacing)
     step = 1.0 / columns
-    rows = math.floor(length_y / math.sqrt(spacing**2 - 0.25 * step**2)) // 2 * 2
+    apart = max(math.sqrt(spacing**2 - 0.25 * step**2), 0.5 * spacing)  # rows: the next, and the one after it
+    rows = max(math.floor(length_y / apart) // 2 * 2, 1)
     row, column = np.divmod(np.arange(rows * columns), columns)
     x = (column + 0.25 + 0.5 * (row % 2)) * step
     return np.stack([x, (row + 0.5) * (length_y / rows)], axis=1)
@@ -67,6 +68,8 @@ def _chosen(share: np.ndarray, number: int, random: np.random.Generator) -> np.n
         raise ValueError(f"{number} grains do not fit: the densest lattice has {share.size} sites")
     taken = random.random(share.size) < share
     surplus = int(taken.sum()) - number
+    if surplus == 0:
+        return np.flatnonzero(taken)
     pool = np.flatnonzero(taken if surplus > 0 else ~taken & (share > 0.0))
     weights = 1.0 - share[pool] if surplus > 0 else share[pool]
     weights = weights + 1e-12

@@ -136,6 +136,12 @@ def _names(parent: h5py.Group, name: str, values: list[str], long_name: str) -> 
     dataset.attrs["long_name"] = long_name
 
 
+def averaged(saved: Checkpoint) -> np.ndarray:
+    """Fields of a checkpoint, (4, nx, ny): averages over the looks that it has; without any, those of the moment."""
+    seen = saved.memory.get("look_fields", ())
+    return np.mean(seen, axis=0) if len(seen) else saved.conserved
+
+
 def read_checkpoint(path: Path) -> Checkpoint:
     """Read a checkpoint; CheckpointError says what is wrong with a file that is none."""
     with _opened(path) as file:

@@ -21,20 +21,21 @@ from hydro.grains.fields import density_scale, fields, temperature
 from hydro.grains.integrator import (
     GrainsIntegrator,
     Sample,
+    beginning,
     dynamics_again,
-    dynamics_of,
+    first_dynamics,
     wall_kind,
     wall_speed,
 )
 from hydro.grains.placement import number_of_grains
-from hydro.initial import initial_state
 from hydro.mesh import Mesh
-from hydro.runs.checkpoint import Checkpoint
+from hydro.runs.checkpoint import Checkpoint, averaged
 from hydro.runs.evolution import Engine, Keeper, go_on, restore, start, state_of
 from hydro.runs.folder import RunFolder
 from hydro.runs.history import History
 from hydro.runs.march import Run
 from hydro.runs.observables import half_waves, wall_extremes, wall_profile
+from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 
 BLOCKS = 8
@@ -54,12 +55,12 @@ def resume(deck: GrainsDeck, folder: RunFolder, quiet: bool = False) -> dict[str
 
 def begin(deck: GrainsDeck, saved: Checkpoint | None) -> tuple[Run, float]:
     """The grains where the deck puts them or a checkpoint has them, all compiled, and the seconds that took."""
-    started, state = time.perf_counter(), state_of(deck, saved)
+    started = time.perf_counter()
     if saved is None:
-        grains = dynamics_of(deck, state)
-        state.conserved[:] = fields(grains, state.mesh)
+        grains, mesh = first_dynamics(deck), mesh_of(deck)
+        state = State(gas_of(deck), mesh, fields(grains, mesh))
     else:
-        grains = dynamics_again(deck, saved.memory)
+        grains, state = dynamics_again(deck, saved.memory), state_of(deck, saved)
     grains.advance(grains.time)
     compile_seconds = time.perf_counter() - started
     run = Run(state, GrainsIntegrator(grains, deck.window), deck.time.end, set_by={"look": 0, "output": 0})
@@ -84,15 +85,9 @@ def mean_fields(samples: Sequence[Sample]) -> np.ndarray:
     return np.mean([sample.conserved for sample in samples], axis=0)
 
 
-def averaged(saved: Checkpoint) -> np.ndarray:
-    """Fields of a checkpoint, (4, nx, ny): averages over the looks that it has; without any, those of the moment."""
-    seen = saved.memory.get("look_fields", ())
-    return np.mean(seen, axis=0) if len(seen) else saved.conserved
-
-
 def measures(conserved: np.ndarray, mesh: Mesh) -> dict[str, float]:
     """Wall densities, the mean density in the last cells before x = 1, and the energy of random motion."""
-    low, high = wall_extremes(conserved[0], mesh) if conserved[0, 0].any() else (0.0, 0.0)
+    low, high = wall_extremes(conserved[0], mesh)
     thermal = mesh.integral(conserved[0] * temperature(conserved))
     gas = float(conserved[0, -1] @ mesh.dy) / mesh.aspect_ratio
     return {"wall_max": high, "wall_min": low, "gas_density": gas, "thermal_energy": thermal}
@@ -201,10 +196,10 @@ class GrainsKeeper(Keeper):
 
 def describe(deck: GrainsDeck) -> list[str]:
     """Lines on the grains of a deck and what they match, for `check`."""
-    state = initial_state(deck)
-    mean, d, r = state.mass / deck.box.aspect_ratio, deck.diameter, deck.restitution
+    mean, T = beginning(deck)
+    d, r = deck.diameter, deck.restitution
     number = number_of_grains(mean, d, deck.box.aspect_ratio)
-    rate = theory.collision_rate(mean, float(state.temperature.mean()), d)
+    rate = theory.collision_rate(mean, T, d)
     cooling, conduction = theory.cooling_mu(deck.gas.gamma), theory.conduction_mu(deck.gas.alpha)
     lines = [
         f"{number} grains of diameter d/L_x = {d:.6g}, restitution r = {r:.6g} (1-r^2 = {1.0 - r * r:.4g})",
@@ -230,11 +225,15 @@ def closing(summary: dict[str, Any]) -> list[str]:
         f"gas {with_error(row, 'gas_density')}"
         for row in summary["snapshots"]
     ]
-    return [
+    lines = [
         *rows,
         f"{summary['grains']} grains, {summary['collisions']} collisions in {summary['wall_seconds']:.1f} s: "
         f"{summary['collisions_per_second']:.3g} a second; energy residual {summary['energy_ledger']['residual']:.1e}",
     ]
+    if soft := summary["soft_collisions"]:
+        share = soft / summary["collisions"]
+        lines.append(f"grains.contact_time acted: {soft} of the collisions were elastic, {share:.2%}")
+    return lines
 
 
 def with_error(row: dict[str, Any], key: str) -> str:

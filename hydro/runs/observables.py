@@ -29,6 +29,7 @@ QUANTITIES = {
 }
 
 CLUSTER = 1.2  # times the mean of n(0, y): what the top of a cluster exceeds at least
+LEAST = 1e-12  # density that is none but round-off
 UNIFORM = 0.02  # range of n along the wall x = 0, over its mean, up to which a state counts as extended
 
 
@@ -55,12 +56,21 @@ def wall_extremes(density: np.ndarray, mesh: Mesh) -> tuple[float, float]:
     """
     line = wall_profile(density, mesh)
     inside = np.pad(line, 1, mode="wrap") if mesh.periodic[1] else line
-    candidates = [line, -peaks(-inside), peaks(inside)]
+    vertices = np.concatenate([-peaks(-inside), peaks(inside)])
+    candidates = [line, vertices[is_density(vertices)]]
     if not mesh.periodic[1]:
         candidates += [even_extrapolation(line, mesh.dy), even_extrapolation(line[::-1], mesh.dy[::-1])]
     values = np.concatenate([np.atleast_1d(part) for part in candidates])
-    values = values[(values > 0.0) & (values < 1.0)]  # a parabola through noise may leave the densities
     return float(values.min()), float(values.max())
+
+
+def is_density(values: np.ndarray) -> np.ndarray:
+    """Whether a parabola through averages gives a density of the closures; through noise and jumps it may not.
+
+    Averages themselves may be anything: those of grains are 0 in empty cells, and above n_c where layers of centres lie
+    on a wall.
+    """
+    return (values > LEAST) & (values < 1.0)
 
 
 def wall_profile(density: np.ndarray, mesh: Mesh) -> np.ndarray:
@@ -97,13 +107,13 @@ def half_waves(line: np.ndarray, mesh: Mesh) -> int:
 def even_extrapolation(averages: np.ndarray, widths: np.ndarray) -> np.ndarray:
     """Value at s=0 of a + b s^2 with the first two cell averages (along axis 0) of the given widths.
 
-    Where that is no density, beside a jump, the first cell's average.
+    Where that is no density, the first cell's average.
     """
     near, far = widths[0], widths[0] + widths[1]
     first = near**2 / 3.0
     second = (far**3 - near**3) / (3.0 * widths[1])
     value = averages[0] - (averages[1] - averages[0]) * first / (second - first)
-    return np.where((value > 0.0) & (value < 1.0), value, averages[0])
+    return np.where(is_density(value), value, averages[0])
 
 
 def peaks(line: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from hydro.errors import CheckpointError, Complaint, DeckError
 from hydro.runs.checkpoint import Checkpoint, read_or_skip
 from hydro.runs.folder import DAMAGED, RunFolder
 
-CHANGEABLE = ("about", "output", "movie", "time")  # sections
+CHANGEABLE = ("about", "output", "movie", "time", "grains.contact_time")  # sections, and keys of others
 FIXED = ("time.integrator",)
 
 
@@ -51,7 +51,7 @@ def refuse_changes(deck: Deck, saved: Checkpoint) -> None:
     complaints = [
         Complaint(key, f"{now.get(key)} is not what the run was started with, {then.get(key)}", now.get(key))
         for key in dict.fromkeys([*then, *now])
-        if now.get(key) != then.get(key) and (key in FIXED or key.partition(".")[0] not in CHANGEABLE)
+        if now.get(key) != then.get(key) and (key in FIXED or not {key, key.partition(".")[0]} & {*CHANGEABLE})
     ]
     if complaints:
         allowed = f"a restart may change {', '.join(CHANGEABLE)}, but not {', '.join(FIXED)}"

@@ -10,9 +10,8 @@ from typing import Any
 
 from hydro.deck import EvolutionDeck, GrainsDeck, SteadyDeck
 from hydro.errors import Complaint, DeckError
-from hydro.runs.checkpoint import checkpoint_times, leave_out, read_checkpoint
+from hydro.runs.checkpoint import averaged, checkpoint_times, leave_out, read_checkpoint
 from hydro.runs.folder import RunFolder
-from hydro.runs.grains import averaged
 from hydro.runs.progress import counted
 from hydro.setup import gas_of, wall_of
 from hydro.state import State
