@@ -29,7 +29,7 @@ from hydro.pictures.sweep import ensemble
 from hydro.runs.checkpoint import read_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.frames import frames, read_frame
-from hydro.runs.grains import describe
+from hydro.runs.grains import describe, sawtooth_heat
 from hydro.studies.members import members_of, run_member, scalars_of
 
 # 178 grains.
@@ -276,6 +276,31 @@ def test_grains_are_given_in_exactly_one_way(words, key, problem):
     with pytest.raises(DeckError) as error:
         parse(OUTRIGHT, words)
     assert {complaint.key: complaint.problem for complaint in error.value.complaints}.get(key, "").count(problem)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ([], "driving wall: random-phase; A omega = 0.9259; inside the tongue; good below; A omega/T^(1/2) at x=1 ="),
+        (["grains.drive=sinusoidal", "grains.amplitude=0.01"], "omega = 92.59 T_*; small amplitude; fast vibration"),
+        (["grains.drive=sawtooth"], "work p u: about 0.744 times; omega = 925.9 T_*"),
+        (["wall.kind=thermal", "box.aspect_ratio=1"], "driving wall: thermal; the extended state is stable"),
+        (["wall.W=0"], "driving wall: elastic; no extended state"),
+    ],
+)
+def test_check_says_where_grains_and_their_wall_lie(words, told):
+    """Beside the marginal curve, and within the assumptions of the paper's equations."""
+    lines = "\n".join(describe(load(PROBLEMS / "grains_small.toml", words)))
+    assert all(part in lines for part in told.split("; ")), lines
+    assert ("small amplitude" in lines) == any("drive" in word for word in words)
+
+
+@pytest.mark.parametrize("speed", [0.14, 0.5, 2.0])
+def test_heat_of_a_sawtooth_wall_is_that_of_lone_grains(speed):
+    """Grains that come to it as a Maxwellian flux, by the quadrature of what each gains: 2 u (v + u)."""
+    u, v = speed / math.pi, np.linspace(0.0, 12.0, 100_001)
+    heat = np.trapezoid(v * np.exp(-0.5 * v**2) * 2.0 * u * (v + u), v) / math.sqrt(2.0 * math.pi)
+    assert sawtooth_heat(speed) == pytest.approx(heat / (math.sqrt(2.0 / math.pi) * speed**2), rel=1e-6)
 
 
 def test_grains_of_an_experiment_have_its_numbers_and_its_amplitude():

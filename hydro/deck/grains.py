@@ -12,7 +12,7 @@ from hydro.deck.evolution import Output, RunDeck
 from hydro.deck.experiment import STAND_IN, Scaled, packed
 from hydro.deck.fields import Among, Density, NonNegative, Number, Positive, Section, Text, broken_rule
 from hydro.deck.initial import Initial, ManufacturedInitial
-from hydro.deck.sections import GAMMA, Gas, Sections, number_in
+from hydro.deck.sections import GAMMA, Gas, Sections, Vibrating, number_in
 
 DRIVES = ("random-phase", "sinusoidal", "sawtooth")
 COLOURS = ("speed", "cluster")
@@ -140,6 +140,18 @@ class GrainsDeck(RunDeck):
     def restitution(self) -> float:
         """r."""
         return self.gas.restitution if self.grains.restitution is None else self.grains.restitution
+
+    @property
+    def wall_speed(self) -> float:
+        """A omega in T_*^(1/2) of a vibrating wall, from K W = (2/pi)^(1/2) A^2 omega^2/T_*; zero for another."""
+        W = self.wall.W if isinstance(self.wall, Vibrating) else 0.0
+        return math.sqrt(self.gas.K * W * math.sqrt(math.pi / 2.0))
+
+    @property
+    def moving_wall(self) -> tuple[float, float] | None:
+        """Amplitude and angular frequency of a driving wall that moves; None where it is at rest."""
+        moves = self.grains.drive != DRIVES[0] and self.wall_speed > 0.0
+        return (self.grains.amplitude, self.wall_speed / self.grains.amplitude) if moves else None
 
     @classmethod
     def following(cls, scaled: Scaled) -> Sections:

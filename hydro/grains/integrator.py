@@ -30,31 +30,28 @@ OVERLAP = 1e-9  # of grains that were kept, in diameters: more than round-off
 DRIVES: Registry[Callable[[Any], Any]] = Registry("driving wall of grains")
 DRIVES.add("elastic", lambda deck: walls.ElasticWall())
 DRIVES.add("thermal", lambda deck: walls.ThermalWall(deck.wall.temperature))
-DRIVES.add("random-phase", lambda deck: walls.RandomPhaseWall(wall_speed(deck)))
-DRIVES.add("sinusoidal", lambda deck: walls.SinusoidalWall(deck.grains.amplitude, omega(deck), period(deck)))
-DRIVES.add("sawtooth", lambda deck: walls.SawtoothWall(deck.grains.amplitude, period(deck)))
+DRIVES.add("random-phase", lambda deck: walls.RandomPhaseWall(deck.wall_speed))
 
 
-def wall_speed(deck: Any) -> float:
-    """A omega in T_*^(1/2), from K W = (2/pi)^(1/2) A^2 omega^2/T_*."""
-    return math.sqrt(deck.gas.K * deck.wall.W * math.sqrt(math.pi / 2.0))
+@DRIVES.register("sinusoidal")
+def sinusoidal(deck: Any) -> walls.SinusoidalWall:
+    """The wall that vibrates as it does in the experiment."""
+    amplitude, omega = deck.moving_wall
+    return walls.SinusoidalWall(amplitude, omega, 2.0 * math.pi / omega)
 
 
-def omega(deck: Any) -> float:
-    """Angular frequency of the vibration."""
-    return wall_speed(deck) / deck.grains.amplitude
-
-
-def period(deck: Any) -> float:
-    """2 pi/omega of the vibration."""
-    return 2.0 * math.pi / omega(deck)
+@DRIVES.register("sawtooth")
+def sawtooth(deck: Any) -> walls.SawtoothWall:
+    """One of the same amplitude and period, that always comes."""
+    amplitude, omega = deck.moving_wall
+    return walls.SawtoothWall(amplitude, 2.0 * math.pi / omega)
 
 
 def wall_kind(deck: GrainsDeck) -> str:
     """Which driving wall the grains of a deck meet."""
     if deck.wall.kind != "vibrating":
         return deck.wall.kind
-    return deck.grains.drive if wall_speed(deck) > 0.0 else "elastic"
+    return deck.grains.drive if deck.wall_speed > 0.0 else "elastic"
 
 
 def first_dynamics(deck: GrainsDeck) -> Dynamics:

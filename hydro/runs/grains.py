@@ -25,7 +25,6 @@ from hydro.grains.integrator import (
     dynamics_again,
     first_dynamics,
     wall_kind,
-    wall_speed,
 )
 from hydro.grains.placement import number_of_grains
 from hydro.mesh import Mesh
@@ -35,6 +34,7 @@ from hydro.runs.folder import RunFolder
 from hydro.runs.history import History
 from hydro.runs.march import Run
 from hydro.runs.observables import half_waves, wall_extremes, wall_profile
+from hydro.runs.regime import Place, regime, stripe_of
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 
@@ -210,12 +210,36 @@ def describe(deck: GrainsDeck) -> list[str]:
         f"L = {deck.gas.L * cooling / conduction:.4g}",
         f"about {0.5 * number * rate * deck.time.end:.2g} collisions, were density and temperature those of the start",
         f"driving wall: {wall_kind(deck)}",
+        *driven(deck, Place(deck.gas.L, mean, deck.box.aspect_ratio)),
     ]
-    if deck.wall.kind == "vibrating":
-        lines.append(f"A omega = {wall_speed(deck):.4g} T_*^(1/2)")
     if math.isfinite(deck.gas.tau):
         lines.append("warning: gas.tau is not used: grains know no rolling friction")
     return lines
+
+
+@np.errstate(all="ignore")  # scales may be beyond all numbers
+def driven(deck: GrainsDeck, place: Place) -> list[str]:
+    """How fast the wall is, and where the paper's closures have such a gas: beside the marginal curve, and within what
+    they assume.
+    """
+    lines = [f"A omega = {deck.wall_speed:.4g} T_*^(1/2)"] if deck.wall_speed else []
+    if deck.moving_wall:
+        amplitude, omega = deck.moving_wall
+        lines.append(f"A = {amplitude:.4g} L_x, omega = {omega:.4g} T_*^(1/2)/L_x")
+    stripe = stripe_of(deck, place)
+    if wall_kind(deck) == "sawtooth" and stripe.state is not None:
+        share = sawtooth_heat(deck.wall_speed / stripe.wall_temperature**0.5)
+        lines.append(f"warning: a sawtooth wall does work p u: about {share:.3g} times the heat that W stands for")
+    return [*lines, *regime(deck, [place])]
+
+
+def sawtooth_heat(speed: float) -> float:
+    """Heat of a sawtooth wall over (2/pi)^(1/2) A^2 omega^2 n T^(1/2), for A omega/T^(1/2) = `speed`.
+
+    q = n T u + 2 n u^2 (T/(2 pi))^(1/2), with u = A omega/pi: exact for lone grains that come as a Maxwellian flux.
+    """
+    u = speed / math.pi
+    return (u + 2.0 * u**2 / math.sqrt(2.0 * math.pi)) / (math.sqrt(2.0 / math.pi) * speed**2)
 
 
 def closing(summary: dict[str, Any]) -> list[str]:

@@ -44,6 +44,13 @@ def grain_diameter(deck: Any) -> float:
     return deck.gas.K / deck.gas.mu
 
 
+class Vibration(NamedTuple):
+    """How a wall moves."""
+
+    amplitude: float  # A/L_x
+    frequency: float  # omega
+
+
 @dataclass(frozen=True)
 class Grains:
     """What a deck says of its grains and its driving wall, whatever the place; scaled units."""
@@ -54,12 +61,14 @@ class Grains:
     diameter: float  # d/L_x
     gamma: float
     experiment: Scaled | None
+    moving: Vibration | None = None  # of a deck whose grains meet a wall that moves
 
     @classmethod
     def of(cls, deck: Any) -> Grains:
         """Those of a deck with gas and wall."""
-        gas = deck.gas
-        return cls(wall_of(deck), gas.K, gas.tau, grain_diameter(deck), gas.gamma, deck.scaled)
+        gas, moving = deck.gas, getattr(deck, "moving_wall", None)
+        vibration = None if moving is None else Vibration(*moving)
+        return cls(wall_of(deck), gas.K, gas.tau, grain_diameter(deck), gas.gamma, deck.scaled, vibration)
 
     @classmethod
     def of_experiment(cls, scaled: Scaled) -> Grains:
@@ -72,9 +81,9 @@ class Grains:
         return getattr(self.wall, "W", None)
 
     @property
-    def vibration(self) -> Scaled | None:
-        """The numbers that hold amplitude and frequency of the wall, where they are known."""
-        return self.experiment if self.W else None
+    def vibration(self) -> Scaled | Vibration | None:
+        """What holds amplitude and frequency of the wall, where they are known."""
+        return self.experiment or self.moving if self.W else None
 
     def inelasticity(self, L: float) -> float:
         """1 - r^2 = (3 gamma/32) L (d/L_x)^2, from the definition of L."""
