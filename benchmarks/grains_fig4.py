@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import shutil
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -30,14 +29,17 @@ from hydro.gas import Grossman
 from hydro.grains.integrator import dynamics_again
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
-from hydro.pictures.grains import show
+from hydro.pictures.density import Map, density_panels
+from hydro.pictures.grains import by_cluster, disks_at
 from hydro.pictures.style import publish, save
-from hydro.runs.checkpoint import read_checkpoint
+from hydro.runs.checkpoint import averaged, read_checkpoint
 from hydro.runs.evolution import integrator_of
 from hydro.runs.frames import frame_time, frames, read_frame
+from hydro.runs.grains import measured
 from hydro.runs.march import Run, march
 from hydro.runs.observables import gas_density, wall_extremes
 from hydro.runs.trackers import AtTimes
+from hydro.setup import mesh_of
 from hydro.state import State
 from hydro.steady.localized import steady_state
 from hydro.walls import VibratingWall
@@ -46,7 +48,8 @@ PROBLEMS = Path(__file__).parent.parent / "problems"
 CELLS = (64, 128)  # of the flows
 SAMPLES = 400  # of a flow, over its time
 DENSE, WON = 0.7, 0.2  # a largest wall density, and a mean cosine of one half-wave: of 0.4 to 0.5 in the end
-CLOSE = 0.4  # to the elastic wall: what a picture of clusters shows
+CLOSE = 0.25  # to the elastic wall: what a picture of clusters shows
+SHOWN = (0.15, 0.35)  # of the mean x
 WAVES = (1, 2)  # half-waves whose amplitudes are drawn
 REDS = ("tab:red", "tab:orange", "tab:brown")  # seeds
 COLOURS = {"closures": ("tab:blue", "--"), "Enskog": ("black", "-")}
@@ -67,7 +70,7 @@ BOXES = {
         ("gas.K=5e-3", "time.end=516", "output.times=[40, 200, 400, 516]", "grains.window=8"),
         (0,),
     ),
-    "matched": Box("grains_matched", ("time.end=1000", "output.times=[100, 500, 740, 1000]"), (0,)),
+    "matched": Box("grains_matched", ("output.times=[100, 500, 1000, 1290]",), (0,)),
 }
 
 
@@ -89,8 +92,18 @@ def amplitudes(density: np.ndarray, mesh: Mesh) -> list[float]:
     return [float(line @ np.cos(m * math.pi * mesh.y / mesh.aspect_ratio) / line.sum()) for m in WAVES]
 
 
+def centre(density: np.ndarray, mesh: Mesh) -> float:
+    """Mean x of the grains."""
+    line = density @ mesh.dy * mesh.dx
+    return float(line @ mesh.x / line.sum())
+
+
 def grains(output: Path, name: str, seed: int) -> dict[str, Any]:
-    """Series of a run of grains, and its summary; runs it if it is not there, and goes on with it if it was stopped."""
+    """Series of a run of grains, and its summary; runs it if it is not there, and goes on with it if it was stopped.
+
+    The series are those of the averages over windows that the frames of its movie hold; `shots` those at the times of
+    the deck, with errors.
+    """
     box = BOXES[name]
     folder = output / f"{name.replace(' ', '')}_{seed}"
     summary = folder / "summary.json"
@@ -101,15 +114,19 @@ def grains(output: Path, name: str, seed: int) -> dict[str, Any]:
         if hydro([*words, *box.overrides]):
             raise SystemExit(f"{name} failed")
     deck: Any = load(folder / "deck.toml")
-    ratio = deck.box.aspect_ratio
-    pictures = frames(folder / "frames")
+    mesh, pictures, made = mesh_of(deck), frames(folder / "frames"), json.loads(summary.read_text())
     fields = [read_frame(path) for path in pictures]
-    history = np.genfromtxt(folder / "history.csv", delimiter=",", names=True)
+    low, high = np.array([wall_extremes(density, mesh) for density in fields]).T
+    shown: Any = load(PROBLEMS / f"{box.deck}.toml", box.overrides)
+    kept = [shot["checkpoint"] for shot in made["snapshots"] if shot["time"] in shown.output_times]
+    saved = [read_checkpoint(folder / "checkpoints" / name) for name in kept]
     return {
-        "history": history, "time": history["time"], "wall_max": history["wall_max"], "wall_min": history["wall_min"],
-        "frame_time": np.array([frame_time(path) for path in pictures]),
-        "amplitudes": np.array([amplitudes(density, Mesh.rectangle(density.shape, ratio)) for density in fields]),
-        "summary": json.loads(summary.read_text()), "folder": folder,
+        "time": np.array([frame_time(path) for path in pictures]), "wall_max": high, "wall_min": low,
+        "gas_density": np.array([density[-1] @ mesh.dy / mesh.aspect_ratio for density in fields]),
+        "centre": np.array([centre(density, mesh) for density in fields]),
+        "amplitudes": np.array([amplitudes(density, mesh) for density in fields]),
+        "shots": [{"time": each.time, **measured(each.memory["look_fields"], mesh)} for each in saved],
+        "saved": saved, "deck": deck, "summary": made,
     }  # fmt: skip
 
 
@@ -133,11 +150,12 @@ def flow(name: str, gas_of: Callable[[Any], Any], number: int) -> dict[str, Any]
     flowing: Any = load(PROBLEMS / "fig4.toml", [*words, f"gas.L={gas.L:.17g}", f"time.end={deck.time.end:g}"])
     begin = initial_state(flowing)
     state = State(gas, begin.mesh, begin.conserved)
-    series: dict[str, Any] = {key: [] for key in ("time", "wall_min", "wall_max", "amplitudes")}
+    series: dict[str, Any] = {key: [] for key in ("time", "wall_min", "wall_max", "centre", "amplitudes")}
 
     def watch(run: Run) -> None:
         n, mesh = run.state.density, run.state.mesh
-        for key, value in zip(series, (run.state.time, *wall_extremes(n, mesh), amplitudes(n, mesh)), strict=True):
+        values = (run.state.time, *wall_extremes(n, mesh), centre(n, mesh), amplitudes(n, mesh))
+        for key, value in zip(series, values, strict=True):
             series[key].append(value)
 
     try:
@@ -148,13 +166,12 @@ def flow(name: str, gas_of: Callable[[Any], Any], number: int) -> dict[str, Any]
 
 
 def late(runs: list[dict[str, Any]]) -> list[str]:
-    """Means over the second half of runs of grains: wall densities, density at x = 1, sizes of the amplitudes."""
+    """Means over the second half of runs of grains: wall densities, density at x = 1, mean x, sizes of amplitudes."""
     values = []
     for found in runs:
-        half = 0.5 * found["time"][-1]
-        history, sizes = found["history"][found["time"] > half], np.abs(found["amplitudes"][found["frame_time"] > half])
-        walls = [history[key].mean() for key in ("wall_max", "wall_min", "gas_density")]
-        values.append([*walls, *sizes.mean(axis=0)])
+        second = found["time"] > 0.5 * found["time"][-1]
+        means = [found[key][second].mean() for key in ("wall_max", "wall_min", "gas_density", "centre")]
+        values.append([*means, *np.abs(found["amplitudes"][second]).mean(axis=0)])
     return [over_seeds(column) for column in zip(*values, strict=True)]
 
 
@@ -173,10 +190,11 @@ def at_rest(name: str, gas_of: Callable[[Any], Any]) -> list[str]:
         with np.errstate(all="ignore"):
             state = steady_state(gas, wall, Mesh.rectangle(CELLS, deck.box.aspect_ratio), deck.gas.f, 1).state
     except RunFailed:
-        return ["none"] * 5
+        return ["none"] * 6
     low, high = wall_extremes(state.density, state.mesh)
     sizes = np.abs(amplitudes(state.density, state.mesh))
-    return [f"{value:.3g}" for value in (high, low, gas_density(state, wall), *sizes)]
+    numbers = (high, low, gas_density(state, wall), centre(state.density, state.mesh), *sizes)
+    return [f"{value:.3g}" for value in numbers]
 
 
 def upright(sizes: np.ndarray) -> np.ndarray:
@@ -186,10 +204,10 @@ def upright(sizes: np.ndarray) -> np.ndarray:
 
 def draw(results: dict[str, Any]) -> Figure:
     """Wall densities, and the amplitudes of one and two half-waves, against time."""
-    figure = Figure(figsize=(4.3 * len(results), 6.4), layout="constrained")
-    axes = figure.subplots(3, len(results), sharex="col", sharey="row")
+    figure = Figure(figsize=(4.3 * len(results), 8.2), layout="constrained")
+    axes = figure.subplots(4, len(results), sharex="col", sharey="row")
     for column, (name, (runs, flows)) in enumerate(results.items()):
-        walls, *waves = axes[:, column]
+        walls, centres, *waves = axes[:, column]
         walls.set_title(f"{runs[0]['summary']['grains']} grains, {name}", fontsize=10)
         for key in ("wall_max", "wall_min"):
             for number, found in enumerate(runs):
@@ -198,10 +216,15 @@ def draw(results: dict[str, Any]) -> Figure:
             for gas, series in flows.items():
                 (colour, dash), label = COLOURS[gas], gas if key == "wall_max" else None
                 walls.plot(series["time"], series[key], dash, color=colour, linewidth=1.1, label=label)
+        for number, found in enumerate(runs):
+            centres.plot(found["time"], found["centre"], color=REDS[number], linewidth=0.8)
+        for gas, series in flows.items():
+            colour, dash = COLOURS[gas]
+            centres.plot(series["time"], series["centre"], dash, color=colour, linewidth=1.1)
         for k, axis in enumerate(waves):
             for number, found in enumerate(runs):
                 sizes = upright(found["amplitudes"])[:, k]
-                axis.plot(found["frame_time"], sizes, color=REDS[number], linewidth=0.8)
+                axis.plot(found["time"], sizes, color=REDS[number], linewidth=0.8)
             for gas, series in flows.items():
                 colour, dash = COLOURS[gas]
                 axis.plot(series["time"], upright(series["amplitudes"])[:, k], dash, color=colour, linewidth=1.1)
@@ -209,30 +232,42 @@ def draw(results: dict[str, Any]) -> Figure:
         waves[-1].set_xlabel("$t\\,T_*^{1/2}/L_x$")
         walls.set_yscale("log")
     axes[0, 0].set_ylabel("largest and smallest\n$n(0,y)/n_c$")
-    axes[1, 0].set_ylabel("mean $\\cos(\\pi y/\\Delta)$")
-    axes[2, 0].set_ylabel("mean $\\cos(2\\pi y/\\Delta)$")
+    axes[1, 0].set_ylabel("mean $x/L_x$ of the grains")
+    axes[1, 0].set_ylim(*SHOWN)
+    axes[2, 0].set_ylabel("mean $\\cos(\\pi y/\\Delta)$")
+    axes[3, 0].set_ylabel("mean $\\cos(2\\pi y/\\Delta)$")
     axes[1, 1].legend(*axes[0, 1].get_legend_handles_labels(), fontsize=8, loc="center right")
     return figure
 
 
 def clustered(found: dict[str, Any]) -> Figure:
-    """Grains of a run at the times of its deck, by cluster."""
-    deck: Any = load(found["folder"] / "deck.toml")
-    folder = found["folder"] / "checkpoints"
-    shots = [read_checkpoint(folder / shot["checkpoint"]) for shot in found["summary"]["snapshots"]]
-    figure = Figure(figsize=(3.2 * len(shots), 6.2), layout="constrained")
-    for axis, saved in zip(figure.subplots(1, len(shots), sharey=True, squeeze=False)[0], shots, strict=True):
-        show(axis, dynamics_again(deck, saved.memory), "cluster")
-        axis.set_xlim(right=CLOSE)
-        axis.label_outer()
+    """Grains near the elastic wall at the times of the deck, by cluster; the wall lies below."""
+    shots, deck = found["saved"], found["deck"]
+    figure = Figure(figsize=(9.5, 1.5 * len(shots) + 0.3), layout="constrained")
+    for axis, saved in zip(figure.subplots(len(shots), sharex=True), shots, strict=True):
+        grains = dynamics_again(deck, saved.memory)
+        disks = disks_at(grains.places[:, ::-1], grains.arena.diameter)
+        disks.set_offset_transform(axis.transData)
+        axis.add_collection(disks)
+        axis.set(xlim=(0.0, deck.box.aspect_ratio), ylim=(0.0, CLOSE), aspect="equal", ylabel="$x/L_x$")
+        axis.set_title(f"$t = {saved.time:g}$", fontsize=10)
+        by_cluster(axis, disks, grains)
+    axis.set_xlabel("$y/L_x$")
     return figure
+
+
+def averages(found: dict[str, Any]) -> list[Map]:
+    """Density of a run of grains at the times of the deck, averaged over windows."""
+    mesh = mesh_of(found["deck"])
+    fields = [(saved.time, averaged(saved)[0]) for saved in found["saved"]]
+    return [Map(n, mesh, f"$t = {time:g}$", *reversed(wall_extremes(n, mesh))) for time, n in fields]
 
 
 def rows(results: dict[str, Any]) -> list[list[Any]]:
     """Wall densities of grains, averaged over windows, and of the flows, at the times of the decks."""
     lines = []
     for name, (runs, flows) in results.items():
-        for shots in zip(*(found["summary"]["snapshots"] for found in runs), strict=True):
+        for shots in zip(*(found["shots"] for found in runs), strict=True):
             line, time = [name, f"{shots[0]['time']:g}"], shots[0]["time"]
             for key in ("wall_max", "wall_min"):
                 line.append(over_seeds([shot[key] for shot in shots], shots[0][key + "_error"]))
@@ -256,14 +291,12 @@ def moments(results: dict[str, Any]) -> list[list[Any]]:
     """When the gas is dense somewhere, and when one side has won: of grains, of every seed, and of the flows."""
     lines = []
     for name, (runs, flows) in results.items():
-        grained = [{**found, "amplitude_time": found["frame_time"]} for found in runs]
-        flowing = [{**series, "amplitude_time": series["time"]} for series in flows.values()]
         line = [
             (
                 first_time(one["time"], one["wall_max"] > DENSE),
-                for_good(one["amplitude_time"], np.abs(one["amplitudes"][:, 0]) > WON),
+                for_good(one["time"], np.abs(one["amplitudes"][:, 0]) > WON),
             )
-            for one in (*grained, *flowing)
+            for one in (*runs, *flows.values())
         ]
         dense, won = zip(*line, strict=True)
         count = len(runs)
@@ -288,12 +321,12 @@ def boxes(results: dict[str, Any]) -> list[list[Any]]:
 PAGE = """# Fig. 4 by grains
 
 Printed by `python benchmarks/grains_fig4.py docs > docs/grains_fig4.md`: the box of Fig. 4, f = 0.0235, from two
-half-waves of 10%. "mu = 1" is `problems/grains_fig4.toml`, "matched" `problems/grains_matched.toml` to t = 1000,
-"large" the same with larger grains ({changed}), where all is sooner.
+half-waves of 10%. "mu = 1" is `problems/grains_fig4.toml`, "matched" `problems/grains_matched.toml`, "large" the same
+with larger grains ({changed}), where all is sooner.
 """
 
 FIGURE = """
-![Wall densities and amplitudes of cosines against time](grains_fig4.png)
+![Wall densities, mean x and amplitudes of cosines against time](grains_fig4.png)
 
 *Grains (red, orange, brown: seeds; wall densities averaged over windows, which lowers the largest and lifts the
 smallest where a cluster moves, and noise does the opposite) and two
@@ -310,8 +343,8 @@ does not hold.*
 
 ![The matched grains, coloured by cluster](grains_fig4_clusters.png)
 
-*The matched grains, {number} in the whole box, by the cluster that they are in: grains with gaps below 0.3 d belong
-together.*
+*The matched grains next to the elastic wall, which lies below, by the cluster that they are in: grains with gaps below
+0.3 d belong together. The numbers are those of the whole box.*
 """
 
 MOMENTS = f"""
@@ -325,8 +358,8 @@ half-wave:
 """
 
 VERDICT = """
-The matched run has three clusters at t = 100, two at 500 and 740, of which one lies in a corner, and at t = 1000, where
-it stops, one in that corner. It still moves: its means over the second half are not those of an end.
+The matched run has three clusters at t = 100, two at 500, of which one lies in a corner, and from t = 1000 at the
+latest one in that corner. Its means over the second half are not those of an end.
 
 **Two clusters do not last.** The paper's Fig. 4 ends in two, from a start that is its own mirror image. Grains are
 not: one cluster takes the grains of the others, as the linear theory of that state wants it ([steady.md](steady.md)).
@@ -337,15 +370,16 @@ does not in that time, for there that mode grows slowly, after it has shrunk at 
 is not that of their start alone.
 
 **Grains are faster** than the closures, 3 to 12 times until the gas is dense on the wall, and than Enskog's theory, 1.4
-to 6 times. Conduction alone would make 35 of the 14 of the large grains with the K of the matched ones, which take 83:
+to 6 times. Conduction alone would make 35 of the 14 of the large grains with the K of the matched ones, which take 82:
 more grains, which lose less in a collision, are slower, but still five times as fast as the closures.
 
-**Where they end** the closures have the right state. Beside their half-wave at rest the grains are 12% (mu = 1) and 14%
-(large) thinner at the driving wall, the smallest density on the elastic wall is 22% and 43% lower, the mean cosine 6%
-lower and 6% higher. With mu = 1 the cluster wanders along the wall, so that the second cosine is 0.26 where it would be
-0.36 at rest. The matched grains have at t = 1000 the wall densities of their half-wave at rest: 0.996 and 0.0114, where
-it has 0.996 and 0.0115. Enskog's theory has no state to end in: its core passes freezing, where it does not hold, and
-goes on to close packing.
+**Where they end** the closures have about the right state. Beside their half-wave at rest the grains are 12% (mu = 1)
+and 14% (large) thinner at the driving wall, the smallest density on the elastic wall is 22% and 43% lower, mean x 7%
+and 10% lower, the mean cosine 6% lower and 6% higher. With mu = 1 the cluster wanders along the wall, so that the
+second cosine is 0.26 where it would be 0.36 at rest. The matched grains have wall densities of 1.01 and 0.0114 at t =
+1000, of 1.01 and 0.0132 at t = 1290, where their half-wave at rest has 0.996 and 0.0115. (Densities above n_c: layers
+of centres lie on the very edge of the first cells, which makes 5% for the large grains.) Enskog's theory has no state
+to end in: its core passes freezing, where it does not hold, and goes on to close packing.
 
 The large grains lose 8% of the energy of their relative motion in a collision, and at t = 330 their core collapsed in a
 run without a contact time. It has been 1e-6 in all but those with mu = 1, and made few collisions elastic."""
@@ -363,10 +397,9 @@ def main() -> None:
         number = runs[0]["summary"]["grains"]
         results[name] = runs, {gas: flow(name, gas_of, number) for gas, gas_of in GASES.items()}
     publish(draw(results), options.folder / "grains_fig4")
-    shutil.copy(
-        results["matched"][0][0]["folder"] / "pictures" / "density.png", options.folder / "grains_fig4_density.png"
-    )
-    save(clustered(results["matched"][0][0]), options.folder / "grains_fig4_clusters.png", dpi=200)
+    (longest,) = results["matched"][0]
+    density_panels(options.folder / "grains_fig4_density.png", averages(longest))
+    save(clustered(longest), options.folder / "grains_fig4_clusters.png", dpi=200)
     print(PAGE.format(changed=", ".join(BOXES["large"].overrides[:2])))
     header = [
         "grains",
@@ -380,7 +413,7 @@ def main() -> None:
         "K =",
     ]
     print(table(header, boxes(results)))
-    print(FIGURE.format(nx=CELLS[0], ny=CELLS[1], number=results["matched"][0][0]["summary"]["grains"]))
+    print(FIGURE.format(nx=CELLS[0], ny=CELLS[1]))
     names = [f"{kind}, {who}" for kind in ("largest n(0, y)", "smallest n(0, y)") for who in ("grains", *GASES)]
     print(table(["grains", "t", *names], rows(results)))
     names = [f"{what}, {who}" for what in (f"n(0, y) > {DENSE:g}", "one side has won") for who in ("grains", *GASES)]
@@ -392,7 +425,7 @@ def main() -> None:
         lines.append([name, "grains", *late(runs)])
         lines += [["", f"{gas}, at rest", *at_rest(name, gas_of)] for gas, gas_of in GASES.items()]
     sizes = [f"mean cos({'2 ' * (m > 1)}pi y/Delta)" for m in WAVES]
-    print(table(["grains", "", "largest n(0, y)", "smallest n(0, y)", "n at x = 1", *sizes], lines))
+    print(table(["grains", "", "largest n(0, y)", "smallest n(0, y)", "n at x = 1", "mean x", *sizes], lines))
     print(VERDICT)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -19,6 +19,7 @@ from hydro.gas import Grossman
 from hydro.grains import events
 from hydro.grains.fields import fields
 from hydro.grains.integrator import dynamics_of
+from hydro.grains.placement import number_of_grains
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
 from hydro.pictures.style import publish
@@ -32,14 +33,15 @@ from hydro.steady.extended import extended_state
 from hydro.steady.localized import steady_state
 from hydro.steady.marginal import critical_aspect_ratio
 from hydro.walls import VibratingWall
-from physics.bench import ALPHA, estimate, kept
+from physics.bench import ALPHA, Estimate, estimate, kept
 from physics.enskog import Enskog
 from physics.extended import MU_CONDUCTION, MU_COOLING
 
 DECK = Path(__file__).parents[2] / "problems" / "grains_small.toml"
 INTERVAL, WINDOW, FRAMES = 0.5, 20.0, 10.0  # between looks, of averages, between pictures
 END, SEEDS = 400.0, (1, 2, 3)
-RATIOS, BOX_SEEDS, BOX_END = (0.6, 0.9, 1.2, 1.5, 2.0), (1, 2), 200.0
+RATIOS, BOX_END = (0.6, 0.9, 1.2, 1.5, 2.0), 200.0
+BOX_SEEDS = {1: range(1, 7), 2: (1, 2)}  # for grains as large as those of the deck, and half as large
 
 
 def clustering(overrides: list[str], seed: int, frames: bool) -> dict[str, Any]:
@@ -151,11 +153,41 @@ def miniature(seed: int) -> dict[str, Any]:
     return kept(clustering, overrides=[f"time.end={END:g}"], seed=seed, frames=seed == SEEDS[0])
 
 
-def boxed(ratio: float, seed: int) -> np.ndarray:
-    """Mean cosine of a box of another aspect ratio, from uniform density, against time."""
-    overrides = [f"time.end={BOX_END:g}", f"box.aspect_ratio={ratio:g}", "initial.amplitude=0", "output.times=[]"]
+def boxed(ratio: float, seed: int, smaller: int) -> np.ndarray:
+    """Mean cosine of a box of another aspect ratio, from uniform density, against time.
+
+    Of grains that are smaller by a factor: as much slower is all that heat does, and the wall is as fast.
+    """
+    overrides = [f"time.end={BOX_END * smaller:g}", f"box.aspect_ratio={ratio:g}", "initial.amplitude=0"]
+    overrides += [f"gas.K={box().gas.K / smaller:g}", f"wall.W={box().wall.W * smaller:g}", "output.times=[]"]
     run = kept(clustering, overrides=overrides, seed=seed, frames=False)
-    return np.array(run["cosine"])[np.array(run["time"]) > BOX_LATE]
+    return np.array(run["cosine"])[np.array(run["time"]) > BOX_LATE * smaller]
+
+
+class Crowd(NamedTuple):
+    """Boxes of so many grains: root mean square of the mean cosine, its spread in time, and that without any order."""
+
+    number: int
+    size: Estimate
+    spread: float
+
+    @property
+    def least(self) -> float:
+        return 1.0 / math.sqrt(2.0 * self.number)
+
+    def words(self) -> list[Any]:
+        """For a table."""
+        return [self.size, f"{self.spread:.3f}", f"{self.least:.3f}"]
+
+
+def crowds(smaller: int) -> dict[float, Crowd]:
+    """By aspect ratio, of grains that are smaller than those of the deck by a factor."""
+    found = {}
+    for ratio in RATIOS:
+        number = number_of_grains(box().gas.f, box().gas.diameter / smaller, ratio)
+        sizes, spreads = zip(*(amplitude_of(boxed(ratio, seed, smaller)) for seed in BOX_SEEDS[smaller]), strict=True)
+        found[ratio] = Crowd(number, estimate(sizes), float(np.mean(spreads)))
+    return found
 
 
 def amplitude_of(cosine: np.ndarray) -> tuple[float, float]:
@@ -167,32 +199,36 @@ def section(folder: Path) -> str:
     """Draw, film, and return the text."""
     grains = [miniature(seed) for seed in SEEDS]
     flows = {name: kept(flowing, name=name, end=END) for name in GASES}
-    boxes = {ratio: [amplitude_of(boxed(ratio, seed)) for seed in BOX_SEEDS] for ratio in RATIOS}
+    boxes = {smaller: crowds(smaller) for smaller in BOX_SEEDS}
     curves = {name: kept(amplitudes, name=name, ratios=CURVE)["amplitude"] for name in GASES}
     publish(draw(grains, flows, boxes, curves), folder / "grains_localized")
     film(folder, grains[0], flows["Enskog"])
     gas, number = box().gas, grains[0]["grains"]
-    noise = [1.0 / math.sqrt(2.0 * number * ratio / box().box.aspect_ratio) for ratio in RATIOS]
     rows = [
-        [ratio, estimate([size for size, _ in found]), f"{np.mean([spread for _, spread in found]):.3f}",
-         f"{least:.3f}", *(f"{np.interp(ratio, CURVE, curve):.3f}" for curve in curves.values())]
-        for (ratio, found), least in zip(boxes.items(), noise, strict=True)
+        [ratio, *(word for of_size in boxes.values() for word in of_size[ratio].words()),
+         *(f"{np.interp(ratio, CURVE, curve):.3f}" for curve in curves.values())]
+        for ratio in RATIOS
     ]  # fmt: skip
     thresholds = {
         name: critical_aspect_ratio(extended_state(gas_named(name), gas.f), "vibrating").aspect_ratio for name in GASES
     }
-    ends = [
-        late(name, found, estimate([late_mean(run, name) for run in grains]), flows)
-        for name, found in LATE_NAMES.items()
-    ]
+    means = {name: estimate([late_mean(run, name) for run in grains]) for name in LATE_NAMES}
+    ends = [late(name, title, means[name], flows) for name, title in LATE_NAMES.items()]
+    turned = sum(np.ptp(np.sign(np.array(run["cosine"])[np.array(run["time"]) > LATE])) > 1.0 for run in grains)
+    verdict = VERDICT.format(
+        x=means["x"], high=means["wall_max"], low=means["wall_min"], cosine=means["cosine"], turned=turned,
+        seeds=len(SEEDS), least=boxes[1][RATIOS[0]].size.value / boxes[1][RATIOS[0]].least,
+        **{f"boxes_{smaller}": [of_size[ratio].size.value for ratio in RATIOS] for smaller, of_size in boxes.items()},
+    )  # fmt: skip
     page = PAGE.format(
         L=gas.L, f=gas.f, d=gas.diameter, number=number, loss=1.0 - gas.restitution**2,
         late=LATE, end=END, seeds=len(SEEDS), **{name.replace(" ", "_"): value for name, value in thresholds.items()},
     )  # fmt: skip
     return "\n".join([
         page, table(["late mean of", "grains", *GASES], ends),
-        BOXES.format(late=BOX_LATE, end=BOX_END, seeds=len(BOX_SEEDS)),
-        table(["aspect ratio", "grains, rms", "spread", "no order", *GASES], rows), "", VERDICT,
+        BOXES.format(late=BOX_LATE, end=BOX_END, seeds=[len(seeds) for seeds in BOX_SEEDS.values()]),
+        table(["aspect ratio", "grains, rms", "spread", "no order", "grains half as large, rms", "spread", "no order",
+               *GASES], rows), "", verdict,
     ])  # fmt: skip
 
 
@@ -210,7 +246,7 @@ def late(key: str, name: str, found: Any, flows: dict[str, Any]) -> list[Any]:
     return [name, found, *(f"{late_mean(flow, key):.3f}" for flow in flows.values())]
 
 
-def draw(grains: list[Any], flows: dict[str, Any], boxes: dict[float, Any], curves: dict[str, list[float]]) -> Figure:
+def draw(grains: list[Any], flows: dict[str, Any], boxes: dict[int, Any], curves: dict[str, list[float]]) -> Figure:
     """Wall densities and centre of mass against time; the amplitude against the aspect ratio."""
     figure = Figure(figsize=(11.0, 3.7), layout="constrained")
     left, middle, right = figure.subplots(1, 3)
@@ -227,14 +263,15 @@ def draw(grains: list[Any], flows: dict[str, Any], boxes: dict[float, Any], curv
             left.plot(flows[name]["time"], flows[name][key], dash, color=color, linewidth=1.0)
         middle.plot(flows[name]["time"], flows[name]["x"], dash, color=color, linewidth=1.0, label=name)
         right.plot(CURVE, curves[name], dash, color=color, linewidth=1.0, label=name)
-    ratios = list(boxes)
-    sizes = [np.mean([size for size, _ in boxes[ratio]]) for ratio in ratios]
-    spreads = [np.mean([spread for _, spread in boxes[ratio]]) for ratio in ratios]
-    right.errorbar(ratios, sizes, spreads, fmt="o", color="tab:red", ms=4, mfc="white", label="grains")
+    for (smaller, of_size), shape in zip(boxes.items(), "os", strict=True):
+        sizes, spreads = [each.size.value for each in of_size.values()], [each.spread for each in of_size.values()]
+        right.errorbar(np.array(RATIOS) + 0.01 * (smaller - 1), sizes, spreads, fmt=shape, ms=4, mfc="white",
+                       color=("tab:red", "tab:orange")[smaller - 1],
+                       label=("grains", "grains half as large")[smaller - 1])  # fmt: skip
     left.set_yscale("log")
     left.set_ylabel("largest and smallest $n(0,y)/n_c$")
     middle.set_ylabel("mean $x/L_x$ of the grains")
-    right.set_ylabel(r"mean $\cos(\pi y/\Delta)$")
+    right.set_ylabel(r"$\cos(\pi y/\Delta)$: rms over time; of steady states, mean")
     right.set_xlabel(r"aspect ratio $\Delta$")
     for axis in (left, middle):
         axis.set_xlabel("$t\\,T_*^{1/2}/L_x$")
@@ -287,12 +324,13 @@ PAGE = """## Localized clusters
 ![Fig. 4 in miniature, and the amplitude against the aspect ratio](grains_localized.png)
 
 *(a) Largest and smallest density on the wall x = 0 and (b) centre of mass against time: `problems/grains_small.toml`,
-{seeds} seeds (averages over windows), and three hydrodynamic runs. (c) Mean cosine of the grains, bars: its
-fluctuations, on top of the steady states of one half-wave.*
+{seeds} seeds (averages over windows), and three hydrodynamic runs. (c) Mean cosine of the grains, root mean
+square over time, bars: its fluctuations, on top of the steady states of one half-wave.*
 
 ![Grains and hydrodynamics](grains_film.gif)
 
-*Grains to scale, seed 1, and the hydrodynamics of Enskog's gas.*
+*Grains to scale, seed 1, and the hydrodynamics of Enskog's gas. Where they end in the other corner, the grains are
+shown in a mirror.*
 
 L = {L:g}, f = {f:g}, aspect ratio 2: {number} grains of d = {d:g}, 1-r^2 = {loss:.3f}. The hydrodynamic runs have 32
 x 64 cells, the heat of the same wall, and the viscosity of kinetic theory. Their thresholds for a half-wave, in this
@@ -301,26 +339,27 @@ gas: Delta = {the_deck:.2f} (the deck's L), {matched:.2f} (matched), {Enskog:.2f
 """
 
 BOXES = """
-**Through the threshold.** The same grains in boxes of other aspect ratios, from uniform density, {seeds} seeds, t =
+**Through the threshold.** The same grains in boxes of other aspect ratios, from uniform density, {seeds[0]} seeds, t =
 {late:g} to {end:g}: root mean square over time of the mean cosine, its spread in time, and what grains without any
-order would have.
+order would have. Beside them grains half as large at the same L, four times as many that lose a quarter, {seeds[1]}
+seeds, over times twice as long, for conduction is half as fast.
 """
 
 VERDICT = """
 **What agrees.** Of the three, Enskog's hydrodynamics alone has the centre of mass where the grains have it: x = 0.255
-beside 0.253 ± 0.002; with the closures of the paper it is at 0.230 (the deck's L) and 0.288 (matched). The wall
+beside {x}; with the closures of the paper it is at 0.230 (the deck's L) and 0.288 (matched). The wall
 densities of the grains scatter about its steady 0.88 (beyond freezing, where the theory is a guess) and 0.042. Their
-means are less extreme, 0.69 ± 0.07 and 0.048 ± 0.009, as the cluster moves within a window.
+means are less extreme, {high} and {low}, as the cluster moves within a window.
 
 **What does not.** A cluster of so few grains is not at rest. It wanders along the wall from corner to corner, so the
-mean cosine changes its sign in two of three seeds, and its absolute value is 0.27 ± 0.05 on the average where
+mean cosine changes its sign in {turned} of {seeds} seeds, and its absolute value is {cosine} on the average where
 hydrodynamics has 0.38. It forms from noise within t = 50; Enskog's hydrodynamics takes until t = 180, those of the
 paper's closures more than 400. (The first wave through the box undoes most of the cosine of the start; in the gas with
 the deck's L the flow even goes on in the other corner.)
 
-**The threshold is not seen.** The amplitude grows smoothly from 0.11 at Delta = 0.6, where no hydrodynamics has a
-cluster, and is five times there what grains without order would have, to 0.30 at Delta = 2. At 1.2 and 1.5, where the
-closures of the paper have the extended state alone, it is 0.17 and 0.22, and Enskog's 0.11 and 0.24; but fluctuations
-are as large as the difference, and two seeds do not tell his threshold from a gradual onset. More grains at the same
-L would: smaller ones, less inelastic.
+**The threshold is not seen.** The amplitude grows from {boxes_1[0]:.2f} at Delta = 0.6, where no hydrodynamics has a
+cluster, and is four to five times there what grains without order would have, to {boxes_1[4]:.2f} at Delta = 2. At 1.2
+and 1.5, where the closures of the paper have the extended state alone, it is {boxes_1[2]:.2f} and {boxes_1[3]:.2f}, and
+Enskog's 0.11 and 0.24; but fluctuations are as large as the difference, and two seeds do not tell his threshold from a
+gradual onset. More grains at the same L would: smaller ones, less inelastic.
 """

@@ -137,8 +137,8 @@ VERDICT = """
 **In the dilute limit** mu = {cool} from cooling (kinetic theory: 1.416) and {conduct} from conduction (2.412 in
 lowest order, 2.482 with the factor 1.029): each is the mean ratio of grains to Enskog's theory at n up to 0.1, times
 the dilute value. They differ by the factor {ratio:.2f}, so a dilute gas of grains has the densities of {dilute:.2f}
-L. The ratio for conduction falls from 0.99 to 0.97 as the slab gets shorter in mean free paths, by little more than
-its errors; 19 of them may be too few, and then 2.45 is too low.
+L. The ratio for conduction falls from {long:.2f} to {short:.2f} as the slab gets shorter in mean free paths; 19 of them
+may be too few, and then {conduct.value:.2f} is too low.
 
 **Neither is a constant.** From n = 0.02 to 0.4 the mu of cooling rises from 1.44 to 2.1, that of conduction falls
 from 2.3 to 1.3; they cross near n = {cross:.2f}. At n = 0.3 that is {dense:.2f} L, by Enskog's theory: in a cluster
@@ -146,8 +146,8 @@ they cool faster, beside their conduction, than the closures say. No mu, and no 
 its cluster.
 
 **Enskog's theory** describes cooling at r = 0.99 within {cool_off:.1f}% up to n = 0.5, where grains cool a little
-more slowly, and conduction within {conduct_off:.1f}% up to n = 0.4. At n = 0.05 the mu of cooling falls by 1.5% from
-r = 0.999 to 0.9.
+more slowly, and conduction within {conduct_off:.1f}% up to n = 0.4. At n = 0.05 the mu of cooling falls by
+{fall:.1f}% from r = 0.999 to 0.9.
 """
 
 
@@ -181,6 +181,8 @@ def section(folder: Path) -> str:
     words = {
         "cool": cool, "conduct": conduct, "ratio": conduct.value / cool.value, "cross": cross,
         "dilute": cool.value / conduct.value, "dense": cooling_theory(0.3) / conduction_theory(0.3),
+        "short": conducted[min(SLABS)]["enskog"].value, "long": conducted[0.1]["enskog"].value,
+        "fall": 100.0 * (1.0 - inelastic[min(inelastic)][0].value / inelastic[max(inelastic)][0].value),
         "cool_off": 100.0 * max(abs(mu.value / cooling_theory(n) - 1.0) for n, (mu, _) in cooled.items()),
         "conduct_off": 100.0 * max(abs(each["enskog"].value - 1.0) for each in conducted.values()),
     }  # fmt: skip

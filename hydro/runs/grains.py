@@ -33,7 +33,7 @@ from hydro.runs.evolution import Engine, Keeper, go_on, restore, start, state_of
 from hydro.runs.folder import RunFolder
 from hydro.runs.history import History
 from hydro.runs.march import Run
-from hydro.runs.observables import half_waves, wall_extremes, wall_profile
+from hydro.runs.observables import centre_of_mass, clusters, half_waves, wall_extremes, wall_profile
 from hydro.runs.regime import Place, regime, stripe_of
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
@@ -85,6 +85,11 @@ def mean_fields(samples: Sequence[Sample]) -> np.ndarray:
     return np.mean([sample.conserved for sample in samples], axis=0)
 
 
+def mean_state(run: Run) -> State:
+    """The average over the window."""
+    return State(run.state.gas, run.state.mesh, mean_fields(looks(run)), run.state.time)
+
+
 def measures(conserved: np.ndarray, mesh: Mesh) -> dict[str, float]:
     """Wall densities, the mean density in the last cells before x = 1, and the energy of random motion."""
     low, high = wall_extremes(conserved[0], mesh)
@@ -93,14 +98,13 @@ def measures(conserved: np.ndarray, mesh: Mesh) -> dict[str, float]:
     return {"wall_max": high, "wall_min": low, "gas_density": gas, "thermal_energy": thermal}
 
 
-def measured(run: Run) -> dict[str, float]:
-    """Measures of the average over the window, with standard errors; NaN before there are enough looks."""
-    samples, mesh = list(looks(run)), run.state.mesh
-    found = measures(mean_fields(samples), mesh)
+def measured(seen: np.ndarray, mesh: Mesh) -> dict[str, float]:
+    """Measures of the average over looks, (looks, 4, nx, ny), with standard errors; NaN where these are too few."""
+    found = measures(seen.mean(axis=0), mesh)
     errors = dict.fromkeys(ERRORS, math.nan)
-    if len(samples) >= BLOCKS:
-        length = len(samples) // BLOCKS
-        blocks = np.array([mean_fields(samples[k * length : (k + 1) * length]) for k in range(BLOCKS)])
+    if len(seen) >= BLOCKS:
+        length = len(seen) // BLOCKS
+        blocks = np.array([seen[k * length : (k + 1) * length].mean(axis=0) for k in range(BLOCKS)])
         rest = [measures((blocks.sum(axis=0) - block) / (BLOCKS - 1), mesh) for block in blocks]
         errors = {key: math.sqrt(BLOCKS - 1) * float(np.std([row[key] for row in rest])) for key in ERRORS}
     return found | {f"{key}_error": error for key, error in errors.items()}
@@ -126,7 +130,7 @@ def observed(run: Run) -> dict[str, float]:
         mach = speed / state.gas.sound_speed(mean[0], temperature(mean))
     return {
         "time": state.time,
-        **measured(run),
+        **measured(np.array([sample.conserved for sample in samples]), state.mesh),
         "half_waves": half_waves(wall_profile(mean[0], state.mesh), state.mesh),
         "mean_pressure": mean_pressure(run),
         "max_speed": float(speed.max()),
@@ -139,9 +143,17 @@ class GrainsHistory(History):
     """A history of averages over the window."""
 
     def _row(self, run: Run) -> dict[str, float]:
-        state, mean = run.state, mean_fields(looks(run))
-        moving = 0.5 * (mean[1] ** 2 + mean[2] ** 2) / np.where(mean[0] > 0.0, mean[0], math.inf)
-        rows = {"mass": state.mass, "kinetic_energy": state.mesh.integral(moving)}
+        state, seen = run.state, mean_state(run)
+        n, momentum_x, momentum_y, _ = seen.conserved
+        moving = 0.5 * (momentum_x**2 + momentum_y**2) / np.where(n > 0.0, n, math.inf)
+        centre_x, centre_y = centre_of_mass(seen)
+        rows = {
+            "clusters": clusters(wall_profile(n, seen.mesh), seen.mesh.periodic[1]).size,
+            "centre_x": centre_x,
+            "centre_y": centre_y,
+            "mass": state.mass,
+            "kinetic_energy": state.mesh.integral(moving),
+        }
         return {**observed(run), **rows, **run.ledger.balance(state.energy)}
 
 
@@ -159,7 +171,7 @@ class GrainsKeeper(Keeper):
 
     def seen(self, run: Run) -> State:
         """The average over the window."""
-        return State(run.state.gas, run.state.mesh, mean_fields(looks(run)), run.state.time)
+        return mean_state(run)
 
     def shown(self, like: State, saved: Checkpoint) -> State:
         """The average over the window before a checkpoint."""
