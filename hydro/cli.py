@@ -18,6 +18,7 @@ python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--ov
        python -m hydro movie RUNDIR [key=value ...] [--quiet]
        python -m hydro check DECK.toml [section.key=value ...]
        python -m hydro compare RUNDIR STEADY [--quiet]
+       python -m hydro overlay RUNDIR [RUNDIR ...] [--output DIR] [--quiet]
        python -m hydro report RUNDIR [--quiet]
        python -m hydro verify [--full]"""
 
@@ -180,6 +181,23 @@ def compare(words: list[str]) -> int:
     return 0
 
 
+def overlay(words: list[str]) -> int:
+    """Lay runs over each other, and print how they end."""
+    description = "Draw the histories of runs over each other, and their last densities side by side."
+    parser = argparse.ArgumentParser("python -m hydro overlay", description=description)
+    parser.add_argument("runs", type=Path, nargs="+", metavar="RUNDIR", help="folders of evolutions or runs of grains")
+    parser.add_argument("--output", type=Path, default=Path("output/overlay"), metavar="DIR", help="folder of results")
+    parser.add_argument("--quiet", action="store_true", help="no table")
+    options = parser.parse_args(words)
+
+    from hydro.runs import overlay
+
+    result = overlay.overlay(options.runs, options.output)
+    if not options.quiet:
+        print("\n".join([*overlay.closing(result), f"results in {options.output}"]))
+    return 0
+
+
 def report(words: list[str]) -> int:
     """Write the page of a run."""
     parser = argparse.ArgumentParser("python -m hydro report", description="Write one HTML page on a run of any kind.")
@@ -211,6 +229,7 @@ COMMANDS: dict[str, Callable[[list[str]], int]] = {
     "check": check,
     "movie": movie,
     "compare": compare,
+    "overlay": overlay,
     "report": report,
     "verify": verify,
 }

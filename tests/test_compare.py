@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from hydro.mesh import Mesh
 from hydro.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from hydro.runs.exponential import FEWEST, NoStretch, exponential_stretch
 from hydro.runs.folder import RunFolder
+from hydro.runs.history import read_rows
 from hydro.runs.observables import cluster_position
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
@@ -404,3 +406,50 @@ def test_a_new_run_does_not_keep_the_comparison_of_the_old_one(run_deck, steady_
     assert run_deck("fig4", *words, options=("--quiet", "--overwrite"))[1] == 0
     assert not list((folder / "compare").iterdir())
     assert read_checkpoint(next(folder.glob("checkpoints/*.h5"))).time == 0.1
+
+
+# Runs over each other
+
+
+def test_grains_beside_hydrodynamics(run_deck, tmp_path, capsys):
+    """What is told of each is the last row of its history; grains have errors, a flow has none."""
+    words = ("gas.L=300", "gas.K=0.0255", "mesh.cells=[4,8]", "time.end=2.0", "output.times=[2.0]", "grains.window=1.0")
+    grains, _ = run_deck("grains_small", *words, "output.pictures=false", folder="grains $x$")
+    short = ("mesh.cells=[8,16]", "time.end=1.0", "output.times=[1.0]", "output.pictures=false")
+    flow, _ = run_deck("fig4", *short, folder="flow")
+    output = tmp_path / "over" / "lay"
+    assert main(["overlay", str(grains), str(flow), "--output", str(output)]) == 0
+    assert {path.name for path in output.iterdir()} == {"overlay.json", "history.png", "states.png"}
+    rows = json.loads((output / "overlay.json").read_text())["runs"]
+    assert [(row["run"], row["time"]) for row in rows] == [("grains $x$", 2.0), ("flow", 1.0)]
+    for row, folder in zip(rows, (grains, flow), strict=True):
+        last = read_rows(folder / "history.csv")[-1]
+        assert all(row[key] == last[key] for key in ("wall_max", "wall_min", "gas_density", "centre_x"))
+    assert rows[0]["wall_max_error"] > 0.0 and "wall_max_error" not in rows[1]
+    shown = capsys.readouterr().out
+    assert re.search(rf"{rows[0]['wall_max']:.4g} ± {rows[0]['wall_max_error']:.1g}", shown) and str(output) in shown
+
+
+def test_runs_of_one_name_are_told_apart(run_deck, tmp_path):
+    short = ("mesh.cells=[8,16]", "time.end=1.0", "output.times=[1.0]", "output.pictures=false")
+    paths = [str(run_deck("fig4", *short, folder=f"{name}/run")[0]) for name in "ab"]
+    assert main(["overlay", *paths, "--output", str(tmp_path / "both"), "--quiet"]) == 0
+    assert [row["run"] for row in json.loads((tmp_path / "both" / "overlay.json").read_text())["runs"]] == paths
+
+
+def test_what_cannot_be_overlaid_is_refused(run_deck, steady_run, tmp_path, capsys):
+    flow, _ = run_deck("fig4", "mesh.cells=[8,16]", "time.end=1.0", "output.times=[1.0]", "output.pictures=false")
+    history = (flow / "history.csv").read_text()
+    for words, problem in (
+        ([str(tmp_path / "nothing")], "no folder of a run"),
+        ([str(steady_run())], "'steady'; only evolutions and grains"),
+        ([str(flow), "--output", str(flow)], "is the folder of a run; choose another"),
+    ):
+        assert main(["overlay", "--output", str(tmp_path / "over"), *words]) == 2
+        assert problem in capsys.readouterr().err and not (tmp_path / "over").exists()
+    (flow / "history.csv").write_text(history.replace("centre_x", "centre"))
+    assert main(["overlay", str(flow), "--output", str(tmp_path / "over")]) == 2
+    assert "no column 'centre_x'" in capsys.readouterr().err
+    (flow / "history.csv").unlink()
+    assert main(["overlay", str(flow), "--output", str(tmp_path / "over")]) == 2
+    assert "no history yet" in capsys.readouterr().err
