@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -240,6 +241,21 @@ def test_looking_and_restarting_change_nothing(name, periodic):
     first, second = straight.memory(), resumed.memory()
     assert same(first, second, "motion", "epoch", "clock", "random", "sums", "time")
     assert straight.count(events.COLLISIONS) == resumed.count(events.COLLISIONS)
+
+
+def test_memory_of_a_run_is_at_most_300_bytes_a_grain():
+    """While grains are arranged anew too, and with the copy to which a collapse goes back."""
+    grains = gas_of_grains(30_000, 0.3)
+    tracemalloc.start()
+    try:
+        grains.remember(grains.memory())
+        kept = grains.memory()
+        tracemalloc.reset_peak()
+        grains.advance(EPOCH)
+        held, peak = (size / grains.number for size in tracemalloc.get_traced_memory())
+    finally:
+        tracemalloc.stop()
+    assert len(kept["motion"]) == grains.number and 150.0 < held < 220.0 and peak < 300.0
 
 
 def test_a_grazing_contact_is_foreseen_from_afar():

@@ -104,7 +104,9 @@ class Dynamics:
             self._run(EPOCH)
             events.count_time_from(self.grains, EPOCH, self.wall.period)
             self._epoch += 1
-            self._begin(self.memory(), self.grains.queue.pace[0])
+            memory, pace = self.memory(), self.grains.queue.pace[0]
+            del self.grains  # before as much is taken again
+            self._begin(memory, pace)
         self._run(until - self._epoch * EPOCH)
         self.time = until
 
