@@ -127,14 +127,14 @@ def observed(run: Run) -> dict[str, float]:
     n = np.where(mean[0] > 0.0, mean[0], math.inf)
     speed = np.hypot(mean[1], mean[2]) / n
     with np.errstate(all="ignore"):
-        mach = speed / state.gas.sound_speed(mean[0], temperature(mean))
+        mach = speed / state.gas.sound_speed(mean[0], temperature(mean))  # not a number from n_c on
     return {
         "time": state.time,
         **measured(np.array([sample.conserved for sample in samples]), state.mesh),
         "half_waves": half_waves(wall_profile(mean[0], state.mesh), state.mesh),
         "mean_pressure": mean_pressure(run),
         "max_speed": float(speed.max()),
-        "max_mach": float(np.max(mach, initial=0.0, where=counts > ENOUGH)),
+        "max_mach": float(np.max(mach, initial=0.0, where=(counts > ENOUGH) & np.isfinite(mach))),
         "contrast": float(mean[0].max() / (mean[0, -1].min() or math.nan)),
     }
 
