@@ -18,7 +18,7 @@ python -m hydro DECK.toml [section.key=value ...] [--output DIR] [--quiet] [--ov
        python -m hydro movie RUNDIR [key=value ...] [--quiet]
        python -m hydro check DECK.toml [section.key=value ...]
        python -m hydro compare RUNDIR STEADY [--quiet]
-       python -m hydro overlay RUNDIR [RUNDIR ...] [--output DIR] [--quiet]
+       python -m hydro overlay RUNDIR [RUNDIR ...] [--output DIR] [--movie] [--quiet]
        python -m hydro report RUNDIR [--quiet]
        python -m hydro verify [--full]"""
 
@@ -187,12 +187,13 @@ def overlay(words: list[str]) -> int:
     parser = argparse.ArgumentParser("python -m hydro overlay", description=description)
     parser.add_argument("runs", type=Path, nargs="+", metavar="RUNDIR", help="folders of evolutions or runs of grains")
     parser.add_argument("--output", type=Path, default=Path("output/overlay"), metavar="DIR", help="folder of results")
-    parser.add_argument("--quiet", action="store_true", help="no table")
+    parser.add_argument("--movie", action="store_true", help="make a movie of the densities side by side, too")
+    parser.add_argument("--quiet", action="store_true", help="no progress, no table")
     options = parser.parse_args(words)
 
     from hydro.runs import overlay
 
-    result = overlay.overlay(options.runs, options.output)
+    result = overlay.overlay(options.runs, options.output, options.movie, options.quiet)
     if not options.quiet:
         print("\n".join([*overlay.closing(result), f"results in {options.output}"]))
     return 0

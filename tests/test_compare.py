@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
+from types import SimpleNamespace
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
 from conftest import PROBLEMS
 
 from hydro.cli import main
 from hydro.deck import dumps, load, parse
+from hydro.deck.evolution import Movie
 from hydro.mesh import Mesh
+from hydro.pictures.moving import NAME, Board, MovingPicture
 from hydro.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from hydro.runs.exponential import FEWEST, NoStretch, exponential_stretch
 from hydro.runs.folder import RunFolder
 from hydro.runs.history import read_rows
+from hydro.runs.movie import Side, Source
 from hydro.runs.observables import cluster_position
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
@@ -428,6 +434,33 @@ def test_grains_beside_hydrodynamics(run_deck, tmp_path, capsys):
     assert rows[0]["wall_max_error"] > 0.0 and "wall_max_error" not in rows[1]
     shown = capsys.readouterr().out
     assert re.search(rf"{rows[0]['wall_max']:.4g} ± {rows[0]['wall_max_error']:.1g}", shown) and str(output) in shown
+
+
+def test_a_movie_of_runs_side_by_side(run_deck, tmp_path):
+    short = ("mesh.cells=[8,16]", "time.end=1.0", "output.times=[0.5,1.0]", "output.pictures=false", "movie.gif=false")
+    runs = [str(run_deck("fig4", *short, folder=name)[0]) for name in "ab"]
+    assert main(["overlay", *runs, "--movie", "--quiet", "--output", str(tmp_path / "over")]) == 0
+    assert not (tmp_path / "over" / "overlay.gif").exists()
+    about = next(imageio_ffmpeg.read_frames(str(tmp_path / "over" / "overlay.mp4")))
+    width, height = MovingPicture(Mesh.rectangle((8, 16), 2.0), Movie(traces=False), None, None, 1).size
+    assert about["size"] == (2 * width, height + NAME) and 8.0 < about["duration"] < 12.0
+
+
+def test_a_side_of_a_movie_shows_the_latest_moment():
+    times = {Path(f"{time}"): time for time in (0.5, 1.0, 1.1, 3.0)}
+    picture = SimpleNamespace(at=lambda time, density: (time, density[0, 0]))
+    read = dict(zip(times, (np.full((4, 4), value) for value in (1.0, 2.0, 3.0, 4.0)), strict=True)).__getitem__
+    side = Side("a", Source(times, read), Mesh.rectangle((4, 4)), picture)
+    shown = [side.at(now) for now in (0.0, 0.4, 1.0, 1.05, 2.0, 2.9, 3.0, 4.0)]
+    assert shown == [(0.5, 1.0), None, (1.0, 2.0), None, (1.1, 3.0), None, (3.0, 4.0), None]
+
+
+def test_a_board_holds_pictures_under_their_names():
+    board = Board(["a", "$b"], [(100, 60), (80, 40)])
+    assert board.size == (180, 60 + NAME) and board.pixels[NAME:].min() == 255 and board.pixels[:NAME].min() < 128
+    board.put(1, np.full((40, 80, 4), 7, np.uint8).data)
+    changed = np.argwhere(board.pixels[NAME:] == 7)
+    assert changed.min(axis=0).tolist() == [0, 100, 0] and changed.max(axis=0).tolist() == [39, 179, 3]
 
 
 def test_runs_of_one_name_are_told_apart(run_deck, tmp_path):

@@ -5,6 +5,7 @@ A picture is drawn once; from moment to moment only what moves is drawn anew.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -16,11 +17,11 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-import hydro.pictures.style  # noqa: F401  the look that all pictures share
 from hydro.deck.evolution import Movie
 from hydro.mesh import Mesh
 from hydro.pictures.density import drawn_ratio
 from hydro.pictures.history import WALLS, curves
+from hydro.pictures.style import literally
 from hydro.runs.observables import wall_extremes
 
 MAPS = {"gray": "gray_r"}  # colours that matplotlib knows by another name
@@ -32,6 +33,7 @@ DPI = 128
 SIDE = 512  # the longest side of the map
 LEFT, RIGHT, TOP, BOTTOM = 92, 96, 70, 66  # margins of the map
 GAP, BAR, SPACE = 10, 14, 4  # between map and colour scale, the width of that, and a space between words
+NAME = 36  # height of the name of one picture among others
 TRACE, EDGE, WIDTH = 150, 28, 480  # height and right margin of the curves; least width of the picture
 
 
@@ -92,6 +94,27 @@ class MovingPicture:
         for artist in self.moving:
             self.figure.draw_artist(artist)
         return self.canvas.buffer_rgba()
+
+
+class Board:
+    """Pictures side by side, each under a name. size: width and height in pixels; pixels: (height, width, 4), RGBA."""
+
+    def __init__(self, names: Sequence[str], sizes: Sequence[tuple[int, int]]):
+        widths, heights = zip(*sizes, strict=True)
+        self.size = sum(widths), NAME + max(heights)
+        self.pixels = np.full((self.size[1], self.size[0], 4), 255, np.uint8)
+        self.lefts = np.cumsum([0, *widths[:-1]])
+        for name, left, width in zip(names, self.lefts, widths, strict=True):
+            figure = Figure(figsize=(width / DPI, NAME / DPI), dpi=DPI)
+            canvas = FigureCanvasAgg(figure)
+            figure.text(0.5, 0.2, literally(name), ha="center", va="baseline")
+            canvas.draw()
+            self.pixels[:NAME, left : left + width] = canvas.buffer_rgba()
+
+    def put(self, number: int, picture: memoryview) -> None:
+        """Show another picture in a place."""
+        frame, left = np.asarray(picture), self.lefts[number]
+        self.pixels[NAME : NAME + frame.shape[0], left : left + frame.shape[1]] = frame
 
 
 class Map:

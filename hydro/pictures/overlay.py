@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from hydro.pictures.density import Map, density_panels
 from hydro.pictures.history import TIME
-from hydro.pictures.style import save
+from hydro.pictures.style import literally, save
 
 if TYPE_CHECKING:
     from hydro.runs.overlay import Overlaid
@@ -61,8 +61,3 @@ def last_densities(path: Path, runs: Sequence[Overlaid]) -> None:
         low, high = run.extremes
         maps.append(Map(run.density, run.mesh, f"{literally(run.name)}, $t={run.time:g}$", high, low))
     density_panels(path, maps)
-
-
-def literally(name: str) -> str:
-    """A name of which nothing is taken for mathematics."""
-    return name.replace("$", r"\$")

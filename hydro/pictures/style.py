@@ -37,3 +37,8 @@ def publish(figure: Figure, path: Path) -> None:
     """Write `figure` as `path`.png and, for print, as `path`.pdf; `path` has no suffix."""
     for suffix in (".png", ".pdf"):
         save(figure, path.with_name(path.name + suffix))
+
+
+def literally(name: str) -> str:
+    """A name of which nothing is taken for mathematics."""
+    return name.replace("$", r"\$")

@@ -17,7 +17,7 @@ import numpy as np
 from hydro.deck.evolution import RunDeck
 from hydro.errors import CheckpointError, DeckError
 from hydro.mesh import Mesh
-from hydro.pictures.moving import MovingPicture, ends
+from hydro.pictures.moving import Board, MovingPicture, ends
 from hydro.pictures.video import gif, mp4
 from hydro.runs.checkpoint import checkpoint_times, leave_out, read_field
 from hydro.runs.dataset import read_history
@@ -65,6 +65,52 @@ def make_movie(deck: Any, folder: RunFolder, quiet: bool = False) -> list[Path]:
         return [folder.movie]
     gif(folder.gif, folder.movie)
     return [folder.movie, folder.gif]
+
+
+def side_by_side(path: Path, runs: Sequence[tuple[str, RunFolder, Mesh]], deck: RunDeck, quiet: bool = False) -> None:
+    """Write the densities of runs, by name, folder and mesh, side by side as `path`; a GIF too, if the deck wants one.
+
+    Each is shown at the latest moment that it has kept. Errors as for `make_movie`.
+    """
+    look = deck.movie
+    sources = [source_in(folder) for _, folder, _ in runs]
+    times = sorted(time for source in sources for time in source.times.values())
+    interval = interval_of(times, deck.movie_interval, look.frames_per_second)
+    digits = max(0, math.ceil(-math.log10(interval)))
+    sides = [
+        Side(name, source, mesh, MovingPicture(mesh, look, None, None, digits))
+        for (name, _, mesh), source in zip(runs, sources, strict=True)
+    ]
+    board = Board([side.name for side in sides], [side.picture.size for side in sides])
+    pictures = math.ceil((times[-1] - times[0]) / interval) + 1
+    pause = [times[-1]] * round(PAUSE * look.frames_per_second)
+    moments = [*(times[0] + interval * np.arange(pictures)), *pause]
+    with mp4(path, board.size, look.frames_per_second) as write:
+        for now in counted(moments, path.name, quiet):
+            for number, side in enumerate(sides):
+                if (frame := side.at(now + ROUND_OFF * interval)) is not None:
+                    board.put(number, frame)
+            write(board.pixels.data)
+    if look.gif:
+        gif(path.with_suffix(".gif"), path)
+
+
+class Side:
+    """One of the runs in a movie of several: its moments come one after the other, each when it is due."""
+
+    def __init__(self, name: str, source: Source, mesh: Mesh, picture: MovingPicture):
+        self.name, self.source, self.picture = name, source, picture
+        self._moments = readable(source.times, source, mesh)
+        self._coming: tuple[Path, np.ndarray] | None = next(self._moments)
+        self._due = -math.inf
+
+    def at(self, now: float) -> memoryview | None:
+        """The picture of the latest moment up to `now`, the first if there is none; None where it has been given."""
+        latest = None
+        while self._coming is not None and self._due <= now:
+            latest, self._coming = self._coming, next(self._moments, None)
+            self._due = math.inf if self._coming is None else self.source.times[self._coming[0]]
+        return None if latest is None else self.picture.at(self.source.times[latest[0]], latest[1])
 
 
 def source_in(folder: RunFolder) -> Source:

@@ -27,9 +27,11 @@ COLUMNS = {
 
 
 class Overlaid(NamedTuple):
-    """A run among others: its name, the rows of its history, and the last density that it has saved, (nx, ny)."""
+    """A run among others: its name and folder, the rows of its history, and the last density it has saved, (nx, ny)."""
 
     name: str
+    folder: RunFolder
+    deck: Any
     history: np.ndarray
     time: float
     density: np.ndarray
@@ -53,7 +55,7 @@ class Overlaid(NamedTuple):
         if missing:
             raise DeckError(f"{folder.history} has no column {missing[0]!r}: an older version wrote it", "RUNDIR")
         saved = read_checkpoint(list(times)[-1])
-        return cls(path.resolve().name, history, saved.time, averaged(saved)[0], mesh_of(deck))
+        return cls(path.resolve().name, folder, deck, history, saved.time, averaged(saved)[0], mesh_of(deck))
 
     @property
     def last(self) -> dict[str, float | None]:
@@ -69,8 +71,10 @@ class Overlaid(NamedTuple):
         return wall_extremes(self.density, self.mesh)
 
 
-def overlay(paths: Sequence[Path], output: Path) -> dict[str, Any]:
+def overlay(paths: Sequence[Path], output: Path, movie: bool = False, quiet: bool = False) -> dict[str, Any]:
     """Draw the histories of runs over each other, and their last densities side by side, into the folder `output`.
+
+    With `movie` their densities move there side by side, too, in the look that the first deck asks for.
 
     Returns what overlay.json there holds: "runs", a row for each. DeckError for folders that have no such runs, or if
     `output` is the folder of one.
@@ -85,6 +89,10 @@ def overlay(paths: Sequence[Path], output: Path) -> dict[str, Any]:
     overlaid_histories(output / "history.png", runs)
     last_densities(output / "states.png", runs)
     write_json(output / "overlay.json", result)
+    if movie:
+        from hydro.runs.movie import side_by_side
+
+        side_by_side(output / "overlay.mp4", [(run.name, run.folder, run.mesh) for run in runs], runs[0].deck, quiet)
     return result
 
 
