@@ -26,7 +26,7 @@ from hydro.grains.walls import ElasticWall
 from hydro.initial import initial_state
 from hydro.pictures.grains import COLOURED, GREY, HUES, draw, show
 from hydro.pictures.sweep import ensemble
-from hydro.runs.checkpoint import read_checkpoint
+from hydro.runs.checkpoint import read_checkpoint, write_checkpoint
 from hydro.runs.folder import RunFolder
 from hydro.runs.frames import frames, read_frame
 from hydro.runs.grains import describe, sawtooth_heat
@@ -247,6 +247,21 @@ def test_grains_begin_as_a_checkpoint_has_them(run_deck, capsys):
     flow = load(PROBLEMS / "fig4.toml", ["mesh.cells=[4,8]", words[-1]])
     averages = read_checkpoint(path).memory["look_fields"].mean(axis=0)
     assert initial_state(flow).conserved == pytest.approx(averages, rel=1e-12)
+
+
+def test_grains_of_a_wider_box_are_refused(run_deck):
+    """Before a wall that swings far out, and in a box that was periodic, grains get to where others have none."""
+    far = ("grains.drive=sinusoidal", "grains.amplitude=0.3")
+    folder, _ = run_deck("grains_small", *FEW, *far, "output.pictures=false", "output.times=[0.01]", "time.end=0.01")
+    (path,) = folder.glob("checkpoints/*.h5")
+    saved = read_checkpoint(path)
+    saved.memory["motion"][0, :2] = 1.2, 1.0  # where the wall was at the start
+    write_checkpoint(path, saved)
+    start = f"initial={{kind='checkpoint', path='{path}'}}"
+    assert first_dynamics(load(PROBLEMS / "grains_small.toml", [*FEW, *far, start])).places.max(axis=0)[0] > 1.1
+    for wall in ([], ["grains.drive=sawtooth", "grains.amplitude=0.1"]):
+        with pytest.raises(DeckError, match="out of the box"):
+            first_dynamics(load(PROBLEMS / "grains_small.toml", [*FEW, *wall, start]))
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])

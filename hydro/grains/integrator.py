@@ -24,7 +24,7 @@ from hydro.setup import mesh_of
 from hydro.state import State
 
 SAMPLES = 40  # looks at the fields that make an average
-OVERLAP = 1e-9  # of grains that were kept, in diameters: more than round-off
+OVERLAP = 1e-9  # of grains that were kept, in diameters, or with walls in L_x: more than round-off
 
 # The driving wall of a deck: by the kind of its wall or, of one that vibrates, by how.
 DRIVES: Registry[Callable[[Any], Any]] = Registry("driving wall of grains")
@@ -67,9 +67,17 @@ def first_dynamics(deck: GrainsDeck) -> Dynamics:
         grains = dynamics_from(deck, positions, velocities)
     except ValueError as error:
         raise DeckError([Complaint("initial.path", str(error))], "initial state") from error
-    if grains.smallest_gap < -OVERLAP:
-        problem = f"its grains overlap with the diameter {deck.diameter:g} by {-grains.smallest_gap:.2g} of it"
-        raise DeckError([Complaint("initial.path", problem)], "initial state")
+    reach = 1.0 + (deck.moving_wall or (0.0,))[0]  # where a moving wall begins
+    out = np.abs(grains.places / (0.5 * reach, 0.5 * deck.box.aspect_ratio) - 1.0).max() - 1.0
+    for wrong, problem in (
+        (out > OVERLAP, "some of its grains lie out of the box, for the walls of that were others"),
+        (
+            grains.smallest_gap < -OVERLAP,
+            f"its grains overlap with the diameter {deck.diameter:g} by {-grains.smallest_gap:.2g} of it",
+        ),
+    ):
+        if wrong:
+            raise DeckError([Complaint("initial.path", problem)], "initial state")
     return grains
 
 
