@@ -4,7 +4,7 @@
     python benchmarks/grains_physics.py docs driving transport        # some parts
 
 Draws into the folder. Each run is kept in output/grains_physics and not made again; remove what is to be measured anew.
-All runs take some twenty minutes of one core.
+All runs take some fifty minutes of one core.
 """
 
 from __future__ import annotations

@@ -260,7 +260,7 @@ def draw(grains: list[Any], flows: dict[str, Any], boxes: dict[int, Any], curves
     for number, run in enumerate(grains):
         label = "grains" if number == 0 else None
         for key in ("wall_max", "wall_min"):
-            left.plot(run["window"], run[key], "o", color="tab:red", ms=3, mfc="white", label=label)
+            left.plot(run["window"], run[key], "os^"[number], color="tab:red", ms=3, mfc="white", label=label)
             label = None
         x = np.convolve(run["x"], np.full(SMOOTH, 1.0 / SMOOTH), "valid")
         time = np.convolve(run["time"], np.full(SMOOTH, 1.0 / SMOOTH), "valid")
@@ -278,7 +278,7 @@ def draw(grains: list[Any], flows: dict[str, Any], boxes: dict[int, Any], curves
     left.set_yscale("log")
     left.set_ylabel("largest and smallest $n(0,y)/n_c$")
     middle.set_ylabel("mean $x/L_x$ of the grains")
-    right.set_ylabel(r"$\cos(\pi y/\Delta)$: rms over time; of steady states, mean")
+    right.set_ylabel(r"mean $\cos(\pi y/\Delta)$ (grains: rms)")
     right.set_xlabel(r"aspect ratio $\Delta$")
     for axis in (left, middle):
         axis.set_xlabel("$t\\,T_*^{1/2}/L_x$")
@@ -331,7 +331,7 @@ PAGE = """## Localized clusters
 ![Fig. 4 in miniature, and the amplitude against the aspect ratio](grains_localized.png)
 
 *(a) Largest and smallest density on the wall x = 0 and (b) centre of mass against time: `problems/grains_small.toml`,
-{seeds} seeds (averages over windows), and three hydrodynamic runs. (c) Mean cosine of the grains, root mean
+{seeds} seeds (by symbol; averages over windows), and three hydrodynamic runs. (c) Mean cosine of the grains, root mean
 square over time, bars: its fluctuations, on top of the steady states of one half-wave.*
 
 ![Grains and hydrodynamics](grains_film.gif)
