@@ -480,6 +480,8 @@ def test_what_cannot_be_overlaid_is_refused(run_deck, steady_run, tmp_path, caps
     ):
         assert main(["overlay", "--output", str(tmp_path / "over"), *words]) == 2
         assert problem in capsys.readouterr().err and not (tmp_path / "over").exists()
+    assert main(["overlay", str(flow), "--output", str(flow / "history.csv")]) == 2
+    assert "history.csv cannot be written" in capsys.readouterr().err
     (flow / "history.csv").write_text(history.replace("centre_x", "centre"))
     assert main(["overlay", str(flow), "--output", str(tmp_path / "over")]) == 2
     assert "no column 'centre_x'" in capsys.readouterr().err

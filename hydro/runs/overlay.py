@@ -77,7 +77,7 @@ def overlay(paths: Sequence[Path], output: Path, movie: bool = False, quiet: boo
     With `movie` their densities move there side by side, too, in the look that the first deck asks for.
 
     Returns what overlay.json there holds: "runs", a row for each. DeckError for folders that have no such runs, or if
-    `output` is the folder of one.
+    `output` is the folder of one or cannot be made.
     """
     if RunFolder(output).deck.exists():
         raise DeckError(f"{output} is the folder of a run; choose another with --output", "output folder")
@@ -85,7 +85,10 @@ def overlay(paths: Sequence[Path], output: Path, movie: bool = False, quiet: boo
     result = {"runs": [{"run": run.name, **run.last} for run in runs]}
     from hydro.pictures.overlay import last_densities, overlaid_histories  # matplotlib is slow to import
 
-    output.mkdir(parents=True, exist_ok=True)
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DeckError(f"{output} cannot be written: {error.strerror}", "output folder") from error
     overlaid_histories(output / "history.png", runs)
     last_densities(output / "states.png", runs)
     write_json(output / "overlay.json", result)
