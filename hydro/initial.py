@@ -129,7 +129,7 @@ def from_checkpoint(deck: RunDeck, gas, mesh: Mesh) -> State:
     initial: Any = deck.initial
     saved = checkpoint_of(deck)
     state = regrid(State(gas, saved.mesh, averaged(saved)), mesh)
-    if initial.refill:
+    if initial.refill and not inadmissible(state).any():  # else it is refused, for what it is
         state = refilled(state, area_fraction(deck))
     if initial.perturbation is None:
         return state

@@ -446,11 +446,28 @@ def test_a_movie_of_runs_side_by_side(run_deck, tmp_path):
     assert about["size"] == (2 * width, height + NAME) and 8.0 < about["duration"] < 12.0
 
 
+def test_pictures_of_runs_have_one_scale_if_the_first_deck_says_so(run_deck, tmp_path, monkeypatch):
+    ends = []
+
+    def seen(*arguments):
+        ends.append(arguments[2])
+        return MovingPicture(*arguments)
+
+    monkeypatch.setattr("hydro.runs.movie.MovingPicture", seen)
+    short = ("mesh.cells=[8,16]", "time.end=0.5", "output.times=[0.5]", "output.pictures=false", "movie.gif=false")
+    dilute = run_deck("fig4", *short, "movie.limits=run", folder="dilute")[0]
+    dense = run_deck("fig4", *short, "gas.f=0.1", folder="dense")[0]
+    for first, second in ((dilute, dense), (dense, dilute)):
+        assert main(["overlay", str(first), str(second), "--movie", "--quiet", "--output", str(tmp_path / "o")]) == 0
+    largest = max(read_checkpoint(path).conserved[0].max() for path in dense.glob("checkpoints/*.h5"))
+    assert ends == [(0.0, largest), (0.0, largest), None, None]
+
+
 def test_a_side_of_a_movie_shows_the_latest_moment():
     times = {Path(f"{time}"): time for time in (0.5, 1.0, 1.1, 3.0)}
     picture = SimpleNamespace(at=lambda time, density: (time, density[0, 0]))
     read = dict(zip(times, (np.full((4, 4), value) for value in (1.0, 2.0, 3.0, 4.0)), strict=True)).__getitem__
-    side = Side("a", Source(times, read), Mesh.rectangle((4, 4)), picture)
+    side = Side(Source(times, read), Mesh.rectangle((4, 4)), picture)
     shown = [side.at(now) for now in (0.0, 0.4, 1.0, 1.05, 2.0, 2.9, 3.0, 4.0)]
     assert shown == [(0.5, 1.0), None, (1.0, 2.0), None, (1.1, 3.0), None, (3.0, 4.0), None]
 

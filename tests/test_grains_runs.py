@@ -249,6 +249,27 @@ def test_grains_begin_as_a_checkpoint_has_them(run_deck, capsys):
     assert initial_state(flow).conserved == pytest.approx(averages, rel=1e-12)
 
 
+def test_cells_without_grains(run_deck, capsys):
+    """Movies on a logarithmic scale leave them white; a flow cannot start from them, refilled or not."""
+    sparse = (
+        "gas.f=0.003",
+        "grains.window=0.1",
+        "output.pictures=false",
+        "output.movie=true",
+        "movie.gif=false",
+        "movie.scale=log",
+    )
+    folder, code = run_deck("grains_small", *FEW, *sparse)
+    assert code == 0 and (folder / "movie.mp4").exists()
+    assert main(["overlay", str(folder), str(folder), "--movie", "--quiet", "--output", str(folder.parent / "o")]) == 0
+    path = sorted(folder.glob("checkpoints/*.h5"))[-1]
+    assert read_checkpoint(path).memory["look_fields"].mean(axis=0)[0].min() == 0.0
+    for refill in ("true", "false"):
+        start = f"initial={{kind='checkpoint', path='{path}', refill={refill}}}"
+        assert run_deck("fig4", "mesh.cells=[4,8]", "gas.f=0.05", start, folder="flow")[1] == 2
+        assert "cells would leave 0 < n < 1" in capsys.readouterr().err
+
+
 def test_grains_of_a_wider_box_are_refused(run_deck):
     """Before a wall that swings far out, and in a box that was periodic, grains get to where others have none."""
     far = ("grains.drive=sinusoidal", "grains.amplitude=0.3")

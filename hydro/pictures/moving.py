@@ -187,9 +187,10 @@ class Curves:
 
 
 def ends(density: np.ndarray, scale: str) -> tuple[float, float]:
-    """Ends of the scale for a density: zero or, of a logarithmic one, its least value; and its largest."""
+    """Ends of the scale for a density: zero or, of a logarithmic one, its least value above zero; and its largest."""
     high = float(density.max())
-    return (min(float(density.min()), (1.0 - NARROWEST) * high) if scale == "log" else 0.0), high
+    least = float(density.min(initial=high, where=density > 0.0))
+    return (min(least, (1.0 - NARROWEST) * high) if scale == "log" else 0.0), high
 
 
 def averages(field: np.ndarray, faces: np.ndarray, pixels: np.ndarray) -> np.ndarray:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hydro.runs.overlay import Overlaid
 
 SETTLED = 0.05  # share of the rows that may lie below the axis: grains begin with few in a cell
+LEAST = 0.1  # of a value, at which the band of its error ends: on a logarithmic axis
 HUES = colormaps["tab10"].colors  # type: ignore[attr-defined]
 
 
@@ -33,7 +34,8 @@ def overlaid_histories(path: Path, runs: Sequence[Overlaid]) -> None:
         curve(gas, run, "gas_density", hue, "-")
         curve(centre, run, "centre_x", hue, "-")
     walls.set_yscale("log")
-    walls.set_ylim(bottom=min(0.5 * float(np.quantile(run.history["wall_min"], SETTLED)) for run in runs) or None)
+    lows = [run.history[column][run.history[column] > 0.0] for run in runs for column in ("wall_min", "wall_max")]
+    walls.set_ylim(bottom=0.5 * min((float(np.quantile(low, SETTLED)) for low in lows if low.size), default=2.0))
     gas.set_yscale("log")
     walls.set_ylabel("$n(0,y)/n_c$: largest (full),\nsmallest (dashed)")
     gas.set_ylabel("mean $n(1,y)/n_c$")
@@ -44,14 +46,14 @@ def overlaid_histories(path: Path, runs: Sequence[Overlaid]) -> None:
 
 
 def curve(axis: Axes, run: Overlaid, column: str, hue: tuple[float, ...], dash: str, label: str | None = None) -> None:
-    """A column of a history, with its errors where they are known."""
-    time, values = run.history["time"], run.history[column]
-    there = values > 0.0
-    axis.plot(time[there], values[there], dash, color=hue, linewidth=1.0, label=label)
+    """A column of a history, with its errors where they are known; a gap where it is zero."""
+    time = run.history["time"]
+    values = np.where(run.history[column] > 0.0, run.history[column], np.nan)
+    axis.plot(time, values, dash, color=hue, linewidth=1.0, label=label)
     if f"{column}_error" in (run.history.dtype.names or ()):
         error = run.history[f"{column}_error"]
-        known = there & (values > error)
-        axis.fill_between(time[known], (values - error)[known], (values + error)[known], color=hue, alpha=0.2, lw=0.0)
+        low = np.maximum(values - error, LEAST * values)
+        axis.fill_between(time, low, values + error, color=hue, alpha=0.2, lw=0.0)
 
 
 def last_densities(path: Path, runs: Sequence[Overlaid]) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -70,18 +70,19 @@ def make_movie(deck: Any, folder: RunFolder, quiet: bool = False) -> list[Path]:
 def side_by_side(path: Path, runs: Sequence[tuple[str, RunFolder, Mesh]], deck: RunDeck, quiet: bool = False) -> None:
     """Write the densities of runs, by name, folder and mesh, side by side as `path`; a GIF too, if the deck wants one.
 
-    Each is shown at the latest moment that it has kept. Errors as for `make_movie`.
+    Each is shown at the latest moment that it has kept; `movie.limits` = "run" gives all one scale. Errors as for
+    `make_movie`.
     """
     look = deck.movie
     sources = [source_in(folder) for _, folder, _ in runs]
     times = sorted(time for source in sources for time in source.times.values())
     interval = interval_of(times, deck.movie_interval, look.frames_per_second)
     digits = max(0, math.ceil(-math.log10(interval)))
-    sides = [
-        Side(name, source, mesh, MovingPicture(mesh, look, None, None, digits))
-        for (name, _, mesh), source in zip(runs, sources, strict=True)
-    ]
-    board = Board([side.name for side in sides], [side.picture.size for side in sides])
+    shown = [(source, mesh) for (_, _, mesh), source in zip(runs, sources, strict=True)]
+    every = chain.from_iterable(readable(source.times, source, mesh) for source, mesh in shown)
+    limits = common_ends(every, look.scale) if look.limits == "run" else None
+    sides = [Side(source, mesh, MovingPicture(mesh, look, limits, None, digits)) for source, mesh in shown]
+    board = Board([name for name, _, _ in runs], [side.picture.size for side in sides])
     pictures = math.ceil((times[-1] - times[0]) / interval) + 1
     pause = [times[-1]] * round(PAUSE * look.frames_per_second)
     moments = [*(times[0] + interval * np.arange(pictures)), *pause]
@@ -98,8 +99,8 @@ def side_by_side(path: Path, runs: Sequence[tuple[str, RunFolder, Mesh]], deck: 
 class Side:
     """One of the runs in a movie of several: its moments come one after the other, each when it is due."""
 
-    def __init__(self, name: str, source: Source, mesh: Mesh, picture: MovingPicture):
-        self.name, self.source, self.picture = name, source, picture
+    def __init__(self, source: Source, mesh: Mesh, picture: MovingPicture):
+        self.source, self.picture = source, picture
         self._moments = readable(source.times, source, mesh)
         self._coming: tuple[Path, np.ndarray] | None = next(self._moments)
         self._due = -math.inf
