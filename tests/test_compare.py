@@ -23,6 +23,7 @@ from hydro.runs.folder import RunFolder
 from hydro.runs.history import read_rows
 from hydro.runs.movie import Side, Source
 from hydro.runs.observables import cluster_position
+from hydro.runs.overlay import Overlaid
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 from hydro.steady.growth import growth_of, sector_parts, with_mode
@@ -485,6 +486,20 @@ def test_runs_of_one_name_are_told_apart(run_deck, tmp_path):
     paths = [str(run_deck("fig4", *short, folder=f"{name}/run")[0]) for name in "ab"]
     assert main(["overlay", *paths, "--output", str(tmp_path / "both"), "--quiet"]) == 0
     assert [row["run"] for row in json.loads((tmp_path / "both" / "overlay.json").read_text())["runs"]] == paths
+
+
+def test_a_damaged_checkpoint_is_passed_over(run_deck, tmp_path, capsys):
+    """The one before it is shown: of a file whose content is not what was written, and of a truncated one."""
+    short = ("mesh.cells=[8,16]", "time.end=1.5", "output.times=[0.5,1.0,1.5]", "output.pictures=false")
+    run, _ = run_deck("fig4", *short)
+    *_, middle, last = sorted(run.glob("checkpoints/*.h5"))
+    content = bytearray(last.read_bytes())
+    content[-100] ^= 1
+    last.write_bytes(content)
+    assert Overlaid.of(run).time == 1.0 and last.name in capsys.readouterr().err
+    middle.write_bytes(middle.read_bytes()[:2000])
+    assert Overlaid.of(run).time == 0.5 and middle.name in capsys.readouterr().err
+    assert main(["overlay", str(run), "--quiet", "--output", str(tmp_path / "over")]) == 0
 
 
 def test_what_cannot_be_overlaid_is_refused(run_deck, steady_run, tmp_path, capsys):

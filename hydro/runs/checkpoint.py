@@ -179,6 +179,14 @@ def checkpoint_times(folder: Path, known: Mapping[Path, float] | None = None) ->
     return dict(sorted(times.items(), key=lambda entry: (entry[1], entry[0]))), troubles
 
 
+def readable_times(folder: Path) -> dict[Path, float]:
+    """Times of the checkpoints in a folder that can be opened, in order; the others are named on stderr."""
+    times, troubles = checkpoint_times(folder)
+    for trouble in troubles:
+        leave_out(trouble)
+    return times
+
+
 def leave_out(trouble: str) -> None:
     """Say on stderr what is left out."""
     print(f"hydro: {trouble}; left out", file=sys.stderr)

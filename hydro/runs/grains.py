@@ -33,7 +33,7 @@ from hydro.runs.evolution import Engine, Keeper, go_on, restore, start, state_of
 from hydro.runs.folder import RunFolder
 from hydro.runs.history import History
 from hydro.runs.march import Run
-from hydro.runs.observables import centre_of_mass, clusters, half_waves, wall_extremes, wall_profile
+from hydro.runs.observables import arrangement, half_waves, wall_extremes, wall_profile
 from hydro.runs.regime import Place, regime, stripe_of
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
@@ -146,15 +146,8 @@ class GrainsHistory(History):
         state, seen = run.state, mean_state(run)
         n, momentum_x, momentum_y, _ = seen.conserved
         moving = 0.5 * (momentum_x**2 + momentum_y**2) / np.where(n > 0.0, n, math.inf)
-        centre_x, centre_y = centre_of_mass(seen)
-        rows = {
-            "clusters": clusters(wall_profile(n, seen.mesh), seen.mesh.periodic[1]).size,
-            "centre_x": centre_x,
-            "centre_y": centre_y,
-            "mass": state.mass,
-            "kinetic_energy": state.mesh.integral(moving),
-        }
-        return {**observed(run), **rows, **run.ledger.balance(state.energy)}
+        energy = {"mass": state.mass, "kinetic_energy": state.mesh.integral(moving)}
+        return {**observed(run), **arrangement(seen), **energy, **run.ledger.balance(state.energy)}
 
 
 class GrainsKeeper(Keeper):

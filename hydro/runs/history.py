@@ -13,7 +13,7 @@ import numpy as np
 from hydro.errors import RunFailed
 from hydro.runs.files import write_text
 from hydro.runs.march import Run
-from hydro.runs.observables import centre_of_mass, clusters, snapshot, wall_profile
+from hydro.runs.observables import arrangement, snapshot
 from hydro.runs.trackers import Quiet
 
 
@@ -51,14 +51,11 @@ class History(Quiet):
         return (math.floor(time / self.interval) + 1) * self.interval if self.interval > 0.0 else time
 
     def _row(self, run: Run) -> dict[str, float]:
-        state, mesh = run.state, run.state.mesh
-        kinetic = mesh.integral(state.kinetic_energy)
-        centre_x, centre_y = centre_of_mass(state)
+        state = run.state
+        kinetic = state.mesh.integral(state.kinetic_energy)
         return {
             **snapshot(state, self.wall),
-            "clusters": clusters(wall_profile(state.density, mesh), mesh.periodic[1]).size,
-            "centre_x": centre_x,
-            "centre_y": centre_y,
+            **arrangement(state),
             "steps": run.steps,
             "dt": run.dt,
             **{f"steps_by_{name}": count for name, count in run.set_by.items()},

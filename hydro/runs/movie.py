@@ -19,7 +19,7 @@ from hydro.errors import CheckpointError, DeckError
 from hydro.mesh import Mesh
 from hydro.pictures.moving import Board, MovingPicture, ends
 from hydro.pictures.video import gif, mp4
-from hydro.runs.checkpoint import checkpoint_times, leave_out, read_field
+from hydro.runs.checkpoint import leave_out, read_field, readable_times
 from hydro.runs.dataset import read_history
 from hydro.runs.folder import RunFolder
 from hydro.runs.frames import frame_time, frames, read_frame
@@ -119,9 +119,7 @@ def source_in(folder: RunFolder) -> Source:
     times = {path: frame_time(path) for path in frames(folder.frames)}
     if times:
         return Source(times, read_frame)
-    times, troubles = checkpoint_times(folder.checkpoints)
-    for trouble in troubles:
-        leave_out(trouble)
+    times = readable_times(folder.checkpoints)
     if not times:
         raise CheckpointError(f"{folder.path} has neither frames nor checkpoints yet")
     return Source(times, partial(read_field, name="density"))

@@ -148,6 +148,13 @@ def clusters(line: np.ndarray, periodic: bool = False) -> np.ndarray:
     return np.array([(top + start) % line.size for top in tops if rolled[top] > CLUSTER * mean], int)
 
 
+def arrangement(state: State) -> dict[str, float]:
+    """Where the gas is, for a history: the number of clusters along the wall x = 0, and the centre of mass."""
+    centre_x, centre_y = centre_of_mass(state)
+    number = clusters(wall_profile(state.density, state.mesh), state.mesh.periodic[1]).size
+    return {"clusters": number, "centre_x": centre_x, "centre_y": centre_y}
+
+
 def centre_of_mass(state: State) -> tuple[float, float]:
     """Mean x and y of the grains, in L_x; along a periodic direction, of the box as it is cut at its seam."""
     mesh = state.mesh

@@ -11,7 +11,7 @@ import numpy as np
 
 from hydro.deck import EvolutionDeck, GrainsDeck
 from hydro.errors import DeckError
-from hydro.runs.checkpoint import averaged, checkpoint_times, leave_out, read_checkpoint
+from hydro.runs.checkpoint import averaged, read_or_skip, readable_times
 from hydro.runs.folder import RunFolder, write_json
 from hydro.runs.history import read_rows
 from hydro.runs.observables import wall_extremes
@@ -45,16 +45,14 @@ class Overlaid(NamedTuple):
         if not isinstance(deck, EvolutionDeck | GrainsDeck):
             problem = f"{path} holds a run of kind {deck.kind!r}; only evolutions and grains can be overlaid"
             raise DeckError(problem, "RUNDIR")
-        times, troubles = checkpoint_times(folder.checkpoints)
-        for trouble in troubles:
-            leave_out(trouble)
+        newest = reversed(readable_times(folder.checkpoints))
+        saved = next(filter(None, map(read_or_skip, newest)), None)
         history = read_rows(folder.history)
-        if not times or not history.size:
+        if saved is None or not history.size:
             raise DeckError(f"{path} has no checkpoint or no history yet", "RUNDIR")
         missing = [name for name in ("time", *COLUMNS) if name not in (history.dtype.names or ())]
         if missing:
             raise DeckError(f"{folder.history} has no column {missing[0]!r}: an older version wrote it", "RUNDIR")
-        saved = read_checkpoint(list(times)[-1])
         return cls(path.resolve().name, folder, deck, history, saved.time, averaged(saved)[0], mesh_of(deck))
 
     @property

@@ -10,7 +10,7 @@ from typing import Any
 
 from hydro.deck import EvolutionDeck, GrainsDeck, SteadyDeck
 from hydro.errors import Complaint, DeckError
-from hydro.runs.checkpoint import averaged, checkpoint_times, leave_out, read_checkpoint
+from hydro.runs.checkpoint import averaged, read_checkpoint, readable_times
 from hydro.runs.folder import RunFolder
 from hydro.runs.progress import counted
 from hydro.setup import gas_of, wall_of
@@ -42,9 +42,7 @@ class Subject:
             problem = f"{path} holds a run of kind {deck.kind!r}; only an evolution or grains can be compared"
             raise DeckError(problem, "RUNDIR")
         refuse_idle(deck, folder)
-        times, troubles = checkpoint_times(folder.checkpoints)
-        for trouble in troubles:
-            leave_out(trouble)
+        times = readable_times(folder.checkpoints)
         if not times:
             raise DeckError(f"{path} has no checkpoints yet", "RUNDIR")
         return cls(deck, list(times))
