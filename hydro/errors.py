@@ -12,7 +12,14 @@ class HydroError(Exception):
 
 
 class RunFailed(HydroError):
-    """A run could not go on; the last good state is saved (exit code 3)."""
+    """A run could not go on; the last good state is saved (exit code 3).
+
+    remedy: what a restart must change to get further.
+    """
+
+    def __init__(self, message: str, remedy: str = ""):
+        super().__init__(message)
+        self.remedy = remedy
 
 
 class Stopped(HydroError):

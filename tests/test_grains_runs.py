@@ -237,16 +237,34 @@ def test_grains_begin_as_a_checkpoint_has_them(run_deck, capsys):
     assert now.time == 0.0 and now.places == pytest.approx(then.places, abs=1e-14)
     assert np.array_equal(now.velocities, then.velocities) and now.smallest_gap > -1e-12
     assert any(line.startswith(f"{now.number} grains") for line in describe(deck))
+    assert not any("gas.f is not used" in line for line in describe(deck))
     for changes, key in (
         (["gas.f=0.06"], "initial.path: it has 178 grains, and the deck 213"),
         (["gas.K=0.05", f"gas.f={0.05 * (0.05 / 0.0255) ** 2}", "gas.L=10"], "initial.path: its grains overlap"),
         ([f"initial={{kind='checkpoint', path='{path}', refill=true}}"], "initial.refill"),
     ):
-        with pytest.raises(DeckError, match=key):
-            first_dynamics(load(PROBLEMS / "grains_small.toml", [*words, *changes]))
+        refused = load(PROBLEMS / "grains_small.toml", [*words, *changes])
+        for begin in (first_dynamics, describe):
+            with pytest.raises(DeckError, match=key):
+                begin(refused)
     flow = load(PROBLEMS / "fig4.toml", ["mesh.cells=[4,8]", words[-1]])
     averages = read_checkpoint(path).memory["look_fields"].mean(axis=0)
     assert initial_state(flow).conserved == pytest.approx(averages, rel=1e-12)
+
+
+def test_grains_take_the_mass_of_a_flow_and_check_says_so(run_deck):
+    flow, _ = run_deck("fig4", "mesh.cells=[4,8]", "time.end=0.1", "output.times=[0.1]", "output.pictures=false")
+    (path,) = flow.glob("checkpoints/*t0.1.h5")
+    deck = load(PROBLEMS / "grains_small.toml", [*FEW, f"initial={{kind='checkpoint', path='{path}'}}"])
+    lines = describe(deck)
+    assert any(line.startswith("83 grains") for line in lines)
+    assert any("gas.f is not used: the initial state has the mean density 0.0235" in line for line in lines)
+    assert not any("gas.f is not used" in line for line in describe(load(PROBLEMS / "grains_small.toml", FEW)))
+
+
+def test_check_refuses_a_lone_grain():
+    with pytest.raises(DeckError, match="there must be two grains or more"):
+        describe(load(PROBLEMS / "grains_small.toml", [*FEW, "gas.f=1e-4"]))
 
 
 def test_cells_without_grains(run_deck, capsys):
@@ -356,7 +374,7 @@ def test_an_inelastic_collapse_ends_with_its_last_state_saved(run_deck, capsys):
     words = ("gas.L=1e4", "gas.K=0.0213", "mesh.cells=[4,8]", "time.end=200.0", "output.times=[200.0]")
     folder, code = run_deck("grains_small", *words, "output.pictures=false")
     assert code == 3
-    assert "grains.contact_time=1e-6" in capsys.readouterr().err
+    assert f"to go on from it: python -m hydro restart {folder} grains.contact_time=1e-6" in capsys.readouterr().err
     summary, saved = summary_of(folder), read_checkpoint(sorted(folder.glob("checkpoints/*.h5"))[-1])
     assert not summary["completed"] and summary["time"] == saved.time == saved.memory["time"][0]
     assert summary["smallest_gap"] > -1e-12 and abs(summary["energy_ledger"]["residual"]) < 1e-10

@@ -117,8 +117,8 @@ class Dynamics:
                 return
             if self.grains.clock[events.NOW] - before < PROGRESS:
                 now = self._epoch * EPOCH + before
-                problem = f"grains collide without end at t = {now:.6g}: inelastic collapse"
-                raise RunFailed(f"{problem}; set a contact time, as a restart may: grains.contact_time=1e-6")
+                problem = f"grains collide without end at t = {now:.6g}: inelastic collapse; set a contact time"
+                raise RunFailed(problem, remedy="grains.contact_time=1e-6")
 
     @property
     def number(self) -> int:

@@ -17,7 +17,7 @@ from hydro.grains import events, walls
 from hydro.grains.cells import arena
 from hydro.grains.dynamics import Dynamics, kept_places
 from hydro.grains.fields import density_scale, fields
-from hydro.grains.placement import number_of_grains, placed
+from hydro.grains.placement import number_of_grains, placed, too_few
 from hydro.initial import checkpoint_of, initial_state
 from hydro.registry import Registry
 from hydro.setup import mesh_of
@@ -105,13 +105,18 @@ def kept_grains(deck: GrainsDeck) -> tuple[np.ndarray, np.ndarray] | None:
 
 
 def beginning(deck: GrainsDeck) -> tuple[float, float]:
-    """Mean density and temperature that the grains of a deck begin with."""
-    kept = kept_grains(deck)
-    if kept is not None:
-        number, energies = len(kept[1]), 0.5 * (kept[1] ** 2).sum(axis=1)
-        return number / (density_scale(deck.diameter) * deck.box.aspect_ratio), float(energies.mean())
+    """Mean density and temperature that the grains of a deck begin with; DeckError as of `first_dynamics`.
+
+    The density is gas.f where the grains are those of a checkpoint, which are as many as that asks for.
+    """
+    if kept_grains(deck) is not None:
+        grains = first_dynamics(deck)
+        return deck.gas.f, grains.energy / grains.number
     state = initial_state(deck)
-    return state.mass / deck.box.aspect_ratio, float(state.temperature.mean())
+    mean = state.mass / deck.box.aspect_ratio
+    if (number := number_of_grains(mean, deck.diameter, deck.box.aspect_ratio)) < 2:
+        raise DeckError([Complaint("gas.f", too_few(number, deck.diameter))], "initial state")
+    return mean, float(state.temperature.mean())
 
 
 def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:

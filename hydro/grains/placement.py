@@ -32,6 +32,11 @@ def lattice(diameter: float, length_y: float) -> np.ndarray:
     return np.stack([x, (row + 0.5) * (length_y / rows)], axis=1)
 
 
+def too_few(number: int, diameter: float) -> str:
+    """What is wrong with fewer than two grains."""
+    return f"this area fraction and box hold {number} of diameter {diameter:g}; there must be two grains or more"
+
+
 def placed(state: State, number: int, diameter: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities of so many grains, shape (number, 2) each, with the fields of a state.
 
@@ -40,8 +45,7 @@ def placed(state: State, number: int, diameter: float, seed: int) -> tuple[np.nd
     enough sites.
     """
     if number < 2:
-        problem = f"this area fraction and box hold {number} of diameter {diameter:g}; there must be two grains or more"
-        raise ValueError(problem)
+        raise ValueError(too_few(number, diameter))
     random = np.random.default_rng(seed)
     mesh, sites = state.mesh, lattice(diameter, state.mesh.aspect_ratio)
     cells = cells_of(sites, mesh.x_faces, mesh.y_faces)

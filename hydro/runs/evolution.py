@@ -302,7 +302,8 @@ class Keeper:
             lines.append(f"not all could be saved: {worse}")
         if saved := self.folder.saved():
             lines.append(f"the last good state is saved in {saved[-1]}")
-            lines.append(f"to go on from it: python -m hydro restart {self.folder.path}")
+            words = ["python -m hydro restart", str(self.folder.path), getattr(error, "remedy", "")]
+            lines.append(f"to go on from it: {' '.join(filter(None, words))}")
         return kind("\n".join(lines))
 
     def _summary(self, run: Run, seconds: float, completed: bool) -> dict[str, Any]:

@@ -217,6 +217,8 @@ def describe(deck: GrainsDeck) -> list[str]:
         f"driving wall: {wall_kind(deck)}",
         *driven(deck, Place(deck.gas.L, mean, deck.box.aspect_ratio)),
     ]
+    if not math.isclose(mean, deck.gas.f, rel_tol=1e-9):
+        lines.append(f"warning: gas.f is not used: the initial state has the mean density {mean:.4g}")
     if math.isfinite(deck.gas.tau):
         lines.append("warning: gas.tau is not used: grains know no rolling friction")
     return lines
