@@ -21,7 +21,7 @@ from fig4 import DECK, NAMES, PAPER
 from measure import table
 from scipy.optimize import OptimizeResult, least_squares
 
-from hydro.runs.observables import wall_extremes
+from hydro.observables.clustering import wall_extremes
 
 KEYS = {"K": "gas.K", "tau": "gas.tau", "T(0)": "initial.temperature", "W": "wall.W"}
 GIVEN = {"K": 2e-3, "tau": 200.0, "T(0)": 1.0, "W": 114.0}

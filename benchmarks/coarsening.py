@@ -16,10 +16,10 @@ from evolve import evolve
 from matplotlib.figure import Figure
 
 from hydro.deck import load
+from hydro.driver.march import Run
 from hydro.mesh import Mesh
+from hydro.observables.clustering import CLUSTER, clusters, wall_extremes, wall_profile
 from hydro.pictures.style import save
-from hydro.runs.march import Run
-from hydro.runs.observables import CLUSTER, clusters, wall_extremes, wall_profile
 
 DECK = Path(__file__).parent.parent / "problems" / "coarsening.toml"
 EVERY = 2.5  # time between two looks

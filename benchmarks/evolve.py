@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from hydro.deck import EvolutionDeck, load
+from hydro.driver.march import Run, march
+from hydro.driver.trackers import AtTimes
 from hydro.initial import initial_state
-from hydro.runs.evolution import integrator_of
-from hydro.runs.march import Run, march
-from hydro.runs.trackers import AtTimes
+from hydro.kinds.evolution import integrator_of
 
 
 def evolve(path: Path, overrides: Iterable[str], watch: Callable[[Run], None], every: float | None = None) -> Run:

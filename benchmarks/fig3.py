@@ -17,8 +17,8 @@ from scipy.optimize import brentq
 
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
+from hydro.observables.clustering import gas_density, wall_extremes
 from hydro.pictures.density import Map, density_panels
-from hydro.runs.observables import gas_density, wall_extremes
 from hydro.steady.balance import Balance
 from hydro.steady.continuation import ExtendedBranch, Family, Point, follow
 from hydro.steady.growth import growth_of

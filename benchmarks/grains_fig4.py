@@ -24,21 +24,21 @@ from physics.extended import MU_CONDUCTION, MU_COOLING
 
 from hydro.cli import main as hydro
 from hydro.deck import load
+from hydro.driver.march import Run, march
+from hydro.driver.trackers import AtTimes
 from hydro.errors import RunFailed
 from hydro.gas import Grossman
 from hydro.grains.integrator import dynamics_again
 from hydro.initial import initial_state
+from hydro.kinds.evolution import integrator_of
+from hydro.kinds.grains import measured
 from hydro.mesh import Mesh
+from hydro.movies.frames import frame_time, frames, read_frame
+from hydro.observables.clustering import gas_density, wall_extremes
+from hydro.output.checkpoint import averaged, read_checkpoint
 from hydro.pictures.density import Map, density_panels
 from hydro.pictures.grains import by_cluster, disks_at
 from hydro.pictures.style import publish, save
-from hydro.runs.checkpoint import averaged, read_checkpoint
-from hydro.runs.evolution import integrator_of
-from hydro.runs.frames import frame_time, frames, read_frame
-from hydro.runs.grains import measured
-from hydro.runs.march import Run, march
-from hydro.runs.observables import gas_density, wall_extremes
-from hydro.runs.trackers import AtTimes
 from hydro.setup import mesh_of
 from hydro.state import State
 from hydro.steady.localized import steady_state

@@ -24,11 +24,11 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from hydro.deck import EvolutionDeck, load
+from hydro.driver.march import Run, advance
 from hydro.dynamics import lagrange, multigrid
 from hydro.initial import cosine_averages, initial_state
+from hydro.kinds.evolution import integrator_of
 from hydro.mesh import Mesh
-from hydro.runs.evolution import integrator_of
-from hydro.runs.march import Run, advance
 from hydro.setup import gas_of, wall_of
 from hydro.state import State
 from hydro.steady.localized import steady_state

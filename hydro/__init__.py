@@ -6,7 +6,11 @@ from typing import Any
 __version__ = "0.1.0"
 __all__ = ["open_run", "open_sweep", "read_history"]
 
-HOMES = {"open_run": "hydro.runs.dataset", "open_sweep": "hydro.studies.sweep", "read_history": "hydro.runs.dataset"}
+HOMES = {
+    "open_run": "hydro.output.dataset",
+    "open_sweep": "hydro.studies.sweep",
+    "read_history": "hydro.output.dataset",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -73,12 +73,12 @@ def run(words: list[str]) -> int:
     options = parser.parse_intermixed_args(words)
 
     from hydro.deck import load
-    from hydro.runs.folder import RunFolder
+    from hydro.output.folder import RunFolder
 
     deck = load(options.deck, options.overrides)
     folder = RunFolder(options.output or Path("output") / options.deck.stem)
 
-    from hydro.kinds import KINDS
+    from hydro.kinds.table import KINDS
 
     kind = KINDS[deck.kind]
     if options.scheduler and deck.kind != "sweep":
@@ -97,9 +97,9 @@ def restart(words: list[str]) -> int:
     parser.add_argument("--quiet", action="store_true", help="no progress, no closing lines")
     options = parser.parse_intermixed_args(words)
 
-    from hydro.kinds import KINDS
-    from hydro.runs.folder import RunFolder
-    from hydro.runs.restart import deck_of
+    from hydro.driver.restart import deck_of
+    from hydro.kinds.table import KINDS
+    from hydro.output.folder import RunFolder
 
     folder = RunFolder(options.folder)
     if not folder.path.is_dir():
@@ -134,12 +134,12 @@ def movie(words: list[str]) -> int:
     parser.add_argument("--quiet", action="store_true", help="no progress, no closing lines")
     options = parser.parse_intermixed_args(words)
 
-    from hydro.runs.folder import RunFolder
+    from hydro.output.folder import RunFolder
 
     folder = RunFolder(options.folder)
     deck = folder.load_deck([f"movie.{word.removeprefix('movie.')}" for word in options.keys])
 
-    from hydro.runs.movie import make_movie
+    from hydro.movies.movie import make_movie
 
     made = make_movie(deck, folder, options.quiet)
     if not options.quiet:
@@ -156,7 +156,7 @@ def check(words: list[str]) -> int:
 
     deck = load(options.deck, options.overrides)
 
-    from hydro.kinds import KINDS
+    from hydro.kinds.table import KINDS
 
     print(dumps(deck))
     print("\n".join(f"# {line}" for line in KINDS[deck.kind].describe(deck)))
@@ -173,7 +173,7 @@ def compare(words: list[str]) -> int:
     parser.add_argument("--quiet", action="store_true", help="no progress, no tables")
     options = parser.parse_args(words)
 
-    from hydro.runs import comparison
+    from hydro.compare import comparison
 
     result = comparison.compare(options.run, options.steady, options.quiet)
     if not options.quiet:
@@ -191,7 +191,7 @@ def overlay(words: list[str]) -> int:
     parser.add_argument("--quiet", action="store_true", help="no progress, no table")
     options = parser.parse_args(words)
 
-    from hydro.runs import overlay
+    from hydro.compare import overlay
 
     result = overlay.overlay(options.runs, options.output, options.movie, options.quiet)
     if not options.quiet:

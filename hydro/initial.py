@@ -14,8 +14,8 @@ from hydro.deck.initial import CosinePattern, ModesPattern, NoisePattern
 from hydro.errors import CheckpointError, Complaint, DeckError
 from hydro.exact.evolution import EVOLUTIONS, exact_evolution
 from hydro.mesh import Mesh
+from hydro.output.checkpoint import Checkpoint, averaged, read_checkpoint
 from hydro.registry import Registry
-from hydro.runs.checkpoint import Checkpoint, averaged, read_checkpoint
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State, inadmissible, worst_cell
 

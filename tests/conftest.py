@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from hydro.cli import main
-from hydro.runs.checkpoint import read_checkpoint
-from hydro.runs.folder import RunFolder
-from hydro.runs.frames import frames
+from hydro.movies.frames import frames
+from hydro.output.checkpoint import read_checkpoint
+from hydro.output.folder import RunFolder
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # shells let what is begun in the background ignore it
 

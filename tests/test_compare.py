@@ -13,17 +13,17 @@ import pytest
 from conftest import PROBLEMS
 
 from hydro.cli import main
+from hydro.compare.exponential import FEWEST, NoStretch, exponential_stretch
+from hydro.compare.overlay import Overlaid
 from hydro.deck import dumps, load, parse
 from hydro.deck.evolution import Movie
+from hydro.driver.history import read_rows
 from hydro.mesh import Mesh
-from hydro.pictures.moving import NAME, Board, MovingPicture
-from hydro.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
-from hydro.runs.exponential import FEWEST, NoStretch, exponential_stretch
-from hydro.runs.folder import RunFolder
-from hydro.runs.history import read_rows
-from hydro.runs.movie import Side, Source
-from hydro.runs.observables import cluster_position
-from hydro.runs.overlay import Overlaid
+from hydro.movies.movie import Side, Source
+from hydro.movies.moving import NAME, Board, MovingPicture
+from hydro.observables.clustering import cluster_position
+from hydro.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from hydro.output.folder import RunFolder
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 from hydro.steady.growth import growth_of, sector_parts, with_mode
@@ -454,7 +454,7 @@ def test_pictures_of_runs_have_one_scale_if_the_first_deck_says_so(run_deck, tmp
         ends.append(arguments[2])
         return MovingPicture(*arguments)
 
-    monkeypatch.setattr("hydro.runs.movie.MovingPicture", seen)
+    monkeypatch.setattr("hydro.movies.movie.MovingPicture", seen)
     short = ("mesh.cells=[8,16]", "time.end=0.5", "output.times=[0.5]", "output.pictures=false", "movie.gif=false")
     dilute = run_deck("fig4", *short, "movie.limits=run", folder="dilute")[0]
     dense = run_deck("fig4", *short, "gas.f=0.1", folder="dense")[0]

@@ -15,7 +15,7 @@ import pytest
 from conftest import PROBLEMS, summary_of
 
 from hydro.cli import main
-from hydro.runs.checkpoint import read_checkpoint
+from hydro.output.checkpoint import read_checkpoint
 from hydro.studies.sweep import open_sweep
 
 SMALL = {

@@ -13,10 +13,10 @@ from conftest import PROBLEMS, summary_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hydro.check.regime import ASSUMPTIONS, FLUID, SMALL, Place, position, stripe_of
 from hydro.cli import main
 from hydro.deck import dumps, load, parse
 from hydro.errors import DeckError
-from hydro.runs.regime import ASSUMPTIONS, FLUID, SMALL, Place, position, stripe_of
 from hydro.steady.marginal import critical_aspect_ratio
 
 TABLE = {

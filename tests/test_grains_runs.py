@@ -24,12 +24,12 @@ from hydro.grains.dynamics import Dynamics
 from hydro.grains.integrator import dynamics_again, dynamics_of, first_dynamics
 from hydro.grains.walls import ElasticWall
 from hydro.initial import initial_state
+from hydro.kinds.grains import describe, sawtooth_heat
+from hydro.movies.frames import frames, read_frame
+from hydro.output.checkpoint import read_checkpoint, write_checkpoint
+from hydro.output.folder import RunFolder
 from hydro.pictures.grains import COLOURED, GREY, HUES, draw, show
 from hydro.pictures.sweep import ensemble
-from hydro.runs.checkpoint import read_checkpoint, write_checkpoint
-from hydro.runs.folder import RunFolder
-from hydro.runs.frames import frames, read_frame
-from hydro.runs.grains import describe, sawtooth_heat
 from hydro.studies.members import members_of, run_member, scalars_of
 
 # 178 grains.

@@ -16,11 +16,11 @@ from conftest import PROBLEMS, outcome, restart, summary_of
 from matplotlib.figure import Figure
 
 import hydro.revision
+from hydro.driver.history import read_rows
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
-from hydro.runs.folder import RunFolder
-from hydro.runs.history import read_rows
-from hydro.runs.observables import centre_of_mass, clusters
+from hydro.observables.clustering import centre_of_mass, clusters
+from hydro.output.folder import RunFolder
 from hydro.state import State
 
 SMALL = ("mesh.cells=[8,16]", "time.end=1.0", "output.times=[0.0,0.5,1.0]", "output.history_every=0.1")

@@ -22,19 +22,19 @@ from conftest import PROBLEMS, summary_of
 from PIL import Image
 
 import hydro
+from hydro.check.regime import grain_diameter
 from hydro.cli import MOVIE_EPILOG, main
 from hydro.deck import load
 from hydro.deck.evolution import COLOURS, LIMITS, SCALES, Movie
 from hydro.errors import CheckpointError, DeckError
 from hydro.mesh import Mesh
-from hydro.pictures.moving import NORMS, MovingPicture, averages
-from hydro.runs import dataset
-from hydro.runs.checkpoint import FIELDS, read_checkpoint
-from hydro.runs.folder import RunFolder
-from hydro.runs.frames import Frames, frame_time, frames, read_frame
-from hydro.runs.movie import interval_of, repeats
-from hydro.runs.regime import grain_diameter
-from hydro.runs.xdmf import Series
+from hydro.movies.frames import Frames, frame_time, frames, read_frame
+from hydro.movies.movie import interval_of, repeats
+from hydro.movies.moving import NORMS, MovingPicture, averages
+from hydro.output import dataset
+from hydro.output.checkpoint import FIELDS, read_checkpoint
+from hydro.output.folder import RunFolder
+from hydro.output.xdmf import Series
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 

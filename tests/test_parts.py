@@ -13,7 +13,11 @@ import numpy as np
 import pytest
 
 from hydro import deck
+from hydro.check.scales import largest_step
 from hydro.deck import evolution, initial, parse, sections, steady
+from hydro.driver.ledger import CompensatedSum
+from hydro.driver.march import Run, advance, choose_step, march
+from hydro.driver.trackers import AtTimes
 from hydro.dynamics import INTEGRATORS, Exchange, Godunov, LagrangeRemap, StepRejected, multigrid
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.reduce import store_largest
@@ -22,15 +26,11 @@ from hydro.errors import RunFailed
 from hydro.gas import CLOSURES, Grossman
 from hydro.initial import INITIAL_STATES, PATTERNS, cosine_averages, initial_state, regrid
 from hydro.jit import kernel
-from hydro.kinds import KINDS
+from hydro.kinds.evolution import integrator_of
+from hydro.kinds.table import KINDS
 from hydro.mesh import Mesh
+from hydro.observables.clustering import gas_density, wall_extremes
 from hydro.registry import Registry, UnknownName
-from hydro.runs.evolution import integrator_of
-from hydro.runs.ledger import CompensatedSum
-from hydro.runs.march import Run, advance, choose_step, march
-from hydro.runs.observables import gas_density, wall_extremes
-from hydro.runs.scales import largest_step
-from hydro.runs.trackers import AtTimes
 from hydro.state import State
 from hydro.steady.continuation import PARAMETERS
 from hydro.steady.localized import SEARCHES, steady_state
@@ -94,7 +94,7 @@ from hydro.dynamics import Godunov
 from hydro.gas import Grossman
 from hydro.jit import compiled_methods
 from hydro.mesh import Mesh
-from hydro.runs.scales import largest_step
+from hydro.check.scales import largest_step
 from hydro.state import State
 
 @compiled_methods

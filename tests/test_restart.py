@@ -20,10 +20,10 @@ from conftest import PROBLEMS, differences, outcome, restart, summary_of
 from zygote import draw_nothing
 
 from hydro.cli import main
-from hydro.runs import trackers
-from hydro.runs.checkpoint import read_checkpoint
-from hydro.runs.frames import frames
-from hydro.runs.history import History, read_rows
+from hydro.driver import trackers
+from hydro.driver.history import History, read_rows
+from hydro.movies.frames import frames
+from hydro.output.checkpoint import read_checkpoint
 
 INTEGRATORS = ("godunov", "lagrange-remap")
 SMALL = (
@@ -309,8 +309,8 @@ def test_a_kill_between_a_checkpoint_and_its_clean_up_leaves_nothing_behind(run,
         pass
 
     undisturbed, _ = run("godunov", "output.keep=1", name="undisturbed")
-    write = "hydro.runs.evolution.write_checkpoint"
-    from hydro.runs.checkpoint import write_checkpoint
+    write = "hydro.kinds.evolution.write_checkpoint"
+    from hydro.output.checkpoint import write_checkpoint
 
     def write_and_die(path, saved):
         write_checkpoint(path, saved)

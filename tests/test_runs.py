@@ -19,9 +19,9 @@ from conftest import PROBLEMS, summary_of
 
 from hydro.cli import main
 from hydro.deck import load
+from hydro.driver.trackers import speed
 from hydro.dynamics.integrator import Integrator
-from hydro.runs.checkpoint import read_checkpoint
-from hydro.runs.trackers import speed
+from hydro.output.checkpoint import read_checkpoint
 
 SMALL = ("mesh.cells=[16,32]", "time.end=3.0", "output.times=[1.0,3.0]")
 EVOLUTION_KEYS = {

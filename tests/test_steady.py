@@ -14,8 +14,8 @@ from hydro.cli import main
 from hydro.errors import RunFailed
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
+from hydro.output.checkpoint import read_checkpoint
 from hydro.pictures.branches import stretches
-from hydro.runs.checkpoint import read_checkpoint
 from hydro.steady.balance import Balance
 from hydro.steady.continuation import ExtendedBranch, Family, between, follow
 from hydro.steady.growth import gradient, growth_of, with_mode

@@ -26,11 +26,11 @@ from hydro.exact import linear_modes
 from hydro.exact.evolution import EVOLUTIONS, exact_evolution
 from hydro.gas import Grossman
 from hydro.initial import initial_state, refilled
-from hydro.kinds import KINDS as ROOMS
+from hydro.kinds.evolution import integrator_of
+from hydro.kinds.table import KINDS as ROOMS
 from hydro.mesh import Mesh
-from hydro.runs.checkpoint import Checkpoint, read_checkpoint
-from hydro.runs.evolution import integrator_of
-from hydro.runs.observables import half_waves
+from hydro.observables.clustering import half_waves
+from hydro.output.checkpoint import Checkpoint, read_checkpoint
 from hydro.setup import mesh_of
 from hydro.state import State
 from hydro.studies.cluster import work

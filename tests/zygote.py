@@ -19,7 +19,7 @@ from hydro.cli import main
 
 DRAWN = (
     "hydro.pictures.density.density_panels", "hydro.pictures.profiles.profiles",
-    "hydro.pictures.history.history_curves", "hydro.runs.movie.make_movie",
+    "hydro.pictures.history.history_curves", "hydro.movies.movie.make_movie",
 )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ from hydro.grains.dynamics import COLUMNS, EPOCH, Dynamics
 from hydro.grains.placement import CLOSE_PACKING, placed
 from hydro.grains.walls import ElasticWall
 from hydro.mesh import Mesh
-from hydro.runs.files import write_text
+from hydro.output.files import write_text
 from hydro.state import State
 
 FOLDER = Path(__file__).parents[2] / "output" / "grains_physics"

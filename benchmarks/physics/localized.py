@@ -14,6 +14,8 @@ from matplotlib.figure import Figure
 from measure import table
 
 from hydro.deck import load
+from hydro.driver.march import Run, march
+from hydro.driver.trackers import AtTimes
 from hydro.errors import RunFailed
 from hydro.gas import Grossman
 from hydro.grains import events
@@ -21,13 +23,11 @@ from hydro.grains.fields import fields
 from hydro.grains.integrator import dynamics_of
 from hydro.grains.placement import number_of_grains
 from hydro.initial import initial_state
+from hydro.kinds.evolution import integrator_of
 from hydro.mesh import Mesh
+from hydro.movies.video import gif, mp4
+from hydro.observables.clustering import wall_extremes
 from hydro.pictures.style import publish
-from hydro.pictures.video import gif, mp4
-from hydro.runs.evolution import integrator_of
-from hydro.runs.march import Run, march
-from hydro.runs.observables import wall_extremes
-from hydro.runs.trackers import AtTimes
 from hydro.state import State
 from hydro.steady.extended import extended_state
 from hydro.steady.localized import steady_state

@@ -16,7 +16,7 @@ from hydro.pictures.history import TIME
 from hydro.pictures.style import literally, save
 
 if TYPE_CHECKING:
-    from hydro.runs.overlay import Overlaid
+    from hydro.compare.overlay import Overlaid
 
 SETTLED = 0.05  # share of the rows that may lie below the axis: grains begin with few in a cell
 LEAST = 0.1  # of a value, at which the band of its error ends: on a logarithmic axis

@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib
 from matplotlib.figure import Figure
 
-from hydro.runs.files import replacing
+from hydro.output.files import replacing
 
 matplotlib.rcParams.update(
     {

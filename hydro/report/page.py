@@ -9,10 +9,10 @@ from typing import Any
 
 import hydro
 from hydro.errors import DeckError
+from hydro.output.files import write_text
+from hydro.output.folder import RunFolder
 from hydro.report.blocks import number
 from hydro.report.sections import Content, sections_of
-from hydro.runs.files import write_text
-from hydro.runs.folder import RunFolder
 
 
 def write_report(path: Path) -> Path:

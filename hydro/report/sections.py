@@ -11,8 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from hydro.compare.subject import AUTO
 from hydro.errors import DeckError, HydroError
-from hydro.kinds import KINDS
+from hydro.kinds.table import KINDS
+from hydro.output.dataset import read_history
+from hydro.output.folder import RunFolder
 from hydro.report.blocks import (
     NO_BREAK,
     Block,
@@ -29,9 +32,6 @@ from hydro.report.blocks import (
     number,
     picture,
 )
-from hydro.runs.dataset import read_history
-from hydro.runs.folder import RunFolder
-from hydro.runs.subject import AUTO
 
 MOST_PANELS = 12
 WARNING = "warning: "

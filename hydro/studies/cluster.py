@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 from hydro.deck import parse
 from hydro.errors import DeckError, HydroError
-from hydro.runs.folder import RunFolder
+from hydro.output.folder import RunFolder
 from hydro.studies.members import chained, run_member
 
 if TYPE_CHECKING:

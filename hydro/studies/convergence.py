@@ -9,10 +9,10 @@ from typing import Any
 
 from hydro.deck import ConvergenceDeck, Deck
 from hydro.deck.campaigns import Changes
+from hydro.driver.progress import counted
 from hydro.errors import HydroError
-from hydro.runs.checkpoint import Checkpoint, read_checkpoint
-from hydro.runs.folder import RunFolder
-from hydro.runs.progress import counted
+from hydro.output.checkpoint import Checkpoint, read_checkpoint
+from hydro.output.folder import RunFolder
 from hydro.studies.members import Member, last_checkpoint, members_of, run_member, scalars_of
 from hydro.studies.orders import orders, richardson
 from hydro.studies.references import NAMES, TOTAL, Level, check_nested, errors
@@ -188,7 +188,7 @@ def scalars(summary: dict[str, Any]) -> dict[str, Any]:
 
 def describe(deck: ConvergenceDeck) -> list[str]:
     """Lines on what will be run, for `check`: the levels, and the scales of the finest."""
-    from hydro.kinds import KINDS
+    from hydro.kinds.table import KINDS
 
     members = members_of(deck)
     for ladder in ladders(deck, members):

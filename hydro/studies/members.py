@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from hydro.deck import Deck, changed
 from hydro.deck.campaigns import Changes, ConvergenceDeck, SweepDeck
-from hydro.runs.folder import RunFolder
+from hydro.output.folder import RunFolder
 
 
 class Member(NamedTuple):
@@ -37,7 +37,7 @@ def run_member(deck: Deck, folder: RunFolder) -> dict[str, Any]:
     A run that is completed in the folder is not repeated, one that was begun there goes on from its newest checkpoint.
     A HydroError comes through, after what was good has been saved.
     """
-    from hydro.kinds import KINDS  # which has the kinds of studies too
+    from hydro.kinds.table import KINDS  # which has the kinds of studies too
 
     kept, room = completed(deck, folder), KINDS[deck.kind]
     if kept is not None:
@@ -51,7 +51,7 @@ def run_member(deck: Deck, folder: RunFolder) -> dict[str, Any]:
 
 def scalars_of(deck: Deck, summary: dict[str, Any]) -> dict[str, Any]:
     """The numbers that describe a completed run, by the names that decks of its kind know; None where there is none."""
-    from hydro.kinds import KINDS
+    from hydro.kinds.table import KINDS
 
     found = KINDS[deck.kind].scalars(summary)
     return {name: found.get(name) for name in deck.scalars}

@@ -12,8 +12,8 @@ from hydro.deck import Deck
 from hydro.errors import Complaint, DeckError
 from hydro.exact.evolution import exact_evolution
 from hydro.mesh import Mesh
+from hydro.output.checkpoint import FIELDS, Checkpoint
 from hydro.registry import Registry
-from hydro.runs.checkpoint import FIELDS, Checkpoint
 
 NAMES = tuple(name for name, _, _ in FIELDS)
 TOTAL = "total"

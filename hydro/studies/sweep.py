@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from hydro.deck import SweepDeck, dumps
 from hydro.deck.campaigns import Variation
+from hydro.driver.progress import expected
 from hydro.errors import DeckError, RunFailed, Stopped
-from hydro.runs.folder import RunFolder
-from hydro.runs.progress import expected
+from hydro.output.folder import RunFolder
 from hydro.studies.cluster import Outcome, Start, client_of, outcomes, work
 from hydro.studies.members import Member, chained, completed, members_of, scalars_of
 from hydro.studies.table import write_table
@@ -171,7 +171,7 @@ def text(value: Any) -> str:
 
 def describe(deck: SweepDeck) -> list[str]:
     """Lines on what will be run, for `check`: the axes, and the scales of the first member."""
-    from hydro.kinds import KINDS
+    from hydro.kinds.table import KINDS
 
     members = members_of(deck)
     axes = [f"{', '.join(axis.keys)}: {len(axis.changes)} values" for axis in deck.sweep.axes]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from hydro.runs.files import replacing
+from hydro.output.files import replacing
 
 Row = dict[str, Any]
 

@@ -16,7 +16,7 @@ from hydro.dynamics.lagrange import LagrangeRemap
 from hydro.gas import Grossman
 from hydro.initial import cosine_averages
 from hydro.mesh import Mesh
-from hydro.runs.observables import wall_extremes
+from hydro.observables.clustering import wall_extremes
 from hydro.state import State
 from hydro.steady.growth import growth_of, with_mode
 from hydro.steady.localized import steady_state

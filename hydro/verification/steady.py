@@ -16,7 +16,7 @@ import numpy as np
 from hydro.dynamics import INTEGRATORS
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
-from hydro.runs.observables import wall_extremes
+from hydro.observables.clustering import wall_extremes
 from hydro.state import State
 from hydro.steady.balance import Balance
 from hydro.steady.continuation import ExtendedBranch, Family, Point, fold_between, follow

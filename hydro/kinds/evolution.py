@@ -17,23 +17,23 @@ import numpy as np
 from hydro.deck import EvolutionDeck, dumps
 from hydro.deck.evolution import RunDeck
 from hydro.deck.initial import CheckpointInitial
+from hydro.driver.history import History, read_rows
+from hydro.driver.march import Run, Tracker, march
+from hydro.driver.restart import newest_checkpoint, refuse_changes
+from hydro.driver.trackers import AtTimes, Every, ProgressBar, ProgressLines, SaveOnSignal, StopOnSignal, WallLimit
 from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator, StepRejected
 from hydro.errors import CheckpointError, Complaint, DeckError, HydroError, RunFailed
 from hydro.exact.evolution import source_of
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
+from hydro.movies.frames import Frames
+from hydro.observables.clustering import snapshot
+from hydro.output.checkpoint import Checkpoint, read_or_skip, write_checkpoint
+from hydro.output.files import sync
+from hydro.output.folder import RunFolder
+from hydro.output.xdmf import Series
 from hydro.revision import git_revision
-from hydro.runs.checkpoint import Checkpoint, read_or_skip, write_checkpoint
-from hydro.runs.files import sync
-from hydro.runs.folder import RunFolder
-from hydro.runs.frames import Frames
-from hydro.runs.history import History, read_rows
-from hydro.runs.march import Run, Tracker, march
-from hydro.runs.observables import snapshot
-from hydro.runs.restart import newest_checkpoint, refuse_changes
-from hydro.runs.trackers import AtTimes, Every, ProgressBar, ProgressLines, SaveOnSignal, StopOnSignal, WallLimit
-from hydro.runs.xdmf import Series
 from hydro.setup import gas_of, wall_of
 from hydro.state import State
 
@@ -133,7 +133,7 @@ def begin(deck: EvolutionDeck, saved: Checkpoint | None) -> tuple[Run, float]:
 
 def close_with_movie(deck: RunDeck, folder: RunFolder, quiet: bool) -> None:
     """Make the movie of a run that is complete; RunFailed says so if that fails."""
-    from hydro.runs.movie import make_movie  # matplotlib is slow to import
+    from hydro.movies.movie import make_movie  # matplotlib is slow to import
 
     try:
         make_movie(deck, folder, quiet)

@@ -23,9 +23,9 @@ import hydro
 from hydro.dynamics.integrator import MEMORY
 from hydro.errors import CheckpointError
 from hydro.mesh import Mesh
+from hydro.observables.clustering import QUANTITIES
+from hydro.output.files import write_bytes
 from hydro.revision import git_revision
-from hydro.runs.files import write_bytes
-from hydro.runs.observables import QUANTITIES
 from hydro.state import State
 
 FORMAT = "hydro checkpoint"

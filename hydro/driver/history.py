@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from hydro.driver.march import Run
+from hydro.driver.trackers import Quiet
 from hydro.errors import RunFailed
-from hydro.runs.files import write_text
-from hydro.runs.march import Run
-from hydro.runs.observables import arrangement, snapshot
-from hydro.runs.trackers import Quiet
+from hydro.observables.clustering import arrangement, snapshot
+from hydro.output.files import write_text
 
 
 class History(Quiet):

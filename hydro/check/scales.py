@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydro.check.regime import FLUID, Grains, Place, regime, stripe_of
 from hydro.deck import EvolutionDeck
 from hydro.initial import initial_state
-from hydro.runs.regime import FLUID, Grains, Place, regime, stripe_of
 from hydro.state import State
 
 # Guesses for run times, good to a factor of two or three on one core of a current processor.

@@ -14,9 +14,9 @@ from typing import Any, ClassVar, Self
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
+from hydro.driver.march import Run, Tracker
+from hydro.driver.progress import legible
 from hydro.errors import Stopped
-from hydro.runs.march import Run, Tracker
-from hydro.runs.progress import legible
 
 
 class Quiet(Tracker):

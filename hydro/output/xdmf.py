@@ -11,8 +11,8 @@ from pathlib import Path
 from xml.sax.saxutils import escape
 
 from hydro.mesh import Mesh
-from hydro.runs.checkpoint import FIELDS, checkpoint_times
-from hydro.runs.files import write_text
+from hydro.output.checkpoint import FIELDS, checkpoint_times
+from hydro.output.files import write_text
 
 SERIES = """\
 <?xml version="1.0"?>

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydro.deck import EvolutionDeck, GrainsDeck
+from hydro.driver.history import read_rows
 from hydro.errors import DeckError
-from hydro.runs.checkpoint import averaged, read_or_skip, readable_times
-from hydro.runs.folder import RunFolder, write_json
-from hydro.runs.history import read_rows
-from hydro.runs.observables import wall_extremes
+from hydro.observables.clustering import wall_extremes
+from hydro.output.checkpoint import averaged, read_or_skip, readable_times
+from hydro.output.folder import RunFolder, write_json
 from hydro.setup import mesh_of
 
 # What is told of each run at its end, by column of its history.
@@ -91,7 +91,7 @@ def overlay(paths: Sequence[Path], output: Path, movie: bool = False, quiet: boo
     last_densities(output / "states.png", runs)
     write_json(output / "overlay.json", result)
     if movie:
-        from hydro.runs.movie import side_by_side
+        from hydro.movies.movie import side_by_side
 
         side_by_side(output / "overlay.mp4", [(run.name, run.folder, run.mesh) for run in runs], runs[0].deck, quiet)
     return result

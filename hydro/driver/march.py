@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from hydro.driver.ledger import Ledger
 from hydro.dynamics.integrator import STEP_LIMITS, Integrator, StepRejected
 from hydro.errors import RunFailed
-from hydro.runs.checkpoint import Checkpoint
-from hydro.runs.ledger import Ledger
+from hydro.output.checkpoint import Checkpoint
 from hydro.state import State
 
 HALVINGS = 12  # of a rejected step, before the run gives up

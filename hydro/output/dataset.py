@@ -13,13 +13,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from hydro.check.regime import grain_diameter
+from hydro.driver.history import read_rows
 from hydro.errors import CheckpointError, DeckError
 from hydro.mesh import Mesh
+from hydro.output.checkpoint import FIELDS, checkpoint_times, read_field, read_labels
+from hydro.output.folder import RunFolder
 from hydro.registry import Registry, UnknownName
-from hydro.runs.checkpoint import FIELDS, checkpoint_times, read_field, read_labels
-from hydro.runs.folder import RunFolder
-from hydro.runs.history import read_rows
-from hydro.runs.regime import grain_diameter
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 

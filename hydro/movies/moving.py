@@ -19,10 +19,10 @@ from matplotlib.text import Text
 
 from hydro.deck.evolution import Movie
 from hydro.mesh import Mesh
+from hydro.observables.clustering import wall_extremes
 from hydro.pictures.density import drawn_ratio
 from hydro.pictures.history import WALLS, curves
 from hydro.pictures.style import literally
-from hydro.runs.observables import wall_extremes
 
 MAPS = {"gray": "gray_r"}  # colours that matplotlib knows by another name
 NORMS = {"linear": Normalize, "log": LogNorm}

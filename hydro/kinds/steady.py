@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from hydro.check.regime import Place, regime
 from hydro.deck import SteadyDeck, dumps
 from hydro.errors import Complaint, DeckError
-from hydro.runs.checkpoint import Checkpoint, write_checkpoint
-from hydro.runs.folder import RunFolder
-from hydro.runs.observables import snapshot
-from hydro.runs.regime import Place, regime
+from hydro.observables.clustering import snapshot
+from hydro.output.checkpoint import Checkpoint, write_checkpoint
+from hydro.output.folder import RunFolder
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.state import State, inadmissible, worst_cell
 from hydro.steady import continuation  # noqa: F401  registers a search

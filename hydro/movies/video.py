@@ -12,7 +12,7 @@ from typing import IO
 import imageio_ffmpeg
 
 from hydro.errors import RunFailed
-from hydro.runs.files import replacing
+from hydro.output.files import replacing
 
 QUALITY = "18"  # constant rate factor of H.264: to the eye without loss
 GIF_RATE = 12.5  # frames per second: GIF counts hundredths of a second

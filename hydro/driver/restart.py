@@ -8,8 +8,8 @@ from typing import Any
 
 from hydro.deck import Deck, load, parse
 from hydro.errors import CheckpointError, Complaint, DeckError
-from hydro.runs.checkpoint import Checkpoint, read_or_skip
-from hydro.runs.folder import DAMAGED, RunFolder
+from hydro.output.checkpoint import Checkpoint, read_or_skip
+from hydro.output.folder import DAMAGED, RunFolder
 
 CHANGEABLE = ("about", "output", "movie", "time", "grains.contact_time")  # sections, and keys of others
 FIXED = ("time.integrator",)

@@ -13,8 +13,8 @@ from typing import Any
 
 from hydro.deck import Deck, dumps, load
 from hydro.errors import DeckError
-from hydro.runs.files import partial, write_text
-from hydro.runs.lock import locked
+from hydro.output.files import partial, write_text
+from hydro.output.lock import locked
 
 OWN_FILES = (
     "deck.toml", "summary.json", "history.csv", "points.csv", "table.csv", "table.parquet", "checkpoints.xdmf",

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from hydro.compare.exponential import NoStretch, exponential_stretch
+from hydro.compare.subject import Subject, steady_state_for
 from hydro.mesh import Mesh
-from hydro.runs.exponential import NoStretch, exponential_stretch
-from hydro.runs.folder import write_json
-from hydro.runs.observables import cluster_position, snapshot
-from hydro.runs.subject import Subject, steady_state_for
+from hydro.observables.clustering import cluster_position, snapshot
+from hydro.output.folder import write_json
 from hydro.state import State
 from hydro.steady.growth import Growth, growth_of, sector_parts
 from hydro.steady.localized import SteadyState

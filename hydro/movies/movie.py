@@ -15,15 +15,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydro.deck.evolution import RunDeck
+from hydro.driver.progress import counted
 from hydro.errors import CheckpointError, DeckError
 from hydro.mesh import Mesh
-from hydro.pictures.moving import Board, MovingPicture, ends
-from hydro.pictures.video import gif, mp4
-from hydro.runs.checkpoint import leave_out, read_field, readable_times
-from hydro.runs.dataset import read_history
-from hydro.runs.folder import RunFolder
-from hydro.runs.frames import frame_time, frames, read_frame
-from hydro.runs.progress import counted
+from hydro.movies.frames import frame_time, frames, read_frame
+from hydro.movies.moving import Board, MovingPicture, ends
+from hydro.movies.video import gif, mp4
+from hydro.output.checkpoint import leave_out, read_field, readable_times
+from hydro.output.dataset import read_history
+from hydro.output.folder import RunFolder
 from hydro.setup import mesh_of
 
 SHORTEST = 8.0  # seconds that a movie lasts at least

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from hydro.check.scales import report
+from hydro.kinds import branch, evolution, grains, stability, steady
 from hydro.registry import Registry
-from hydro.runs import branch, evolution, grains, stability, steady
-from hydro.runs.scales import report
 from hydro.studies import convergence, sweep
 
 

@@ -14,7 +14,10 @@ from typing import Any, cast
 
 import numpy as np
 
+from hydro.check.regime import Place, regime, stripe_of
 from hydro.deck import GrainsDeck
+from hydro.driver.history import History
+from hydro.driver.march import Run
 from hydro.grains import events, theory
 from hydro.grains.dynamics import Dynamics
 from hydro.grains.fields import density_scale, fields, temperature
@@ -27,14 +30,11 @@ from hydro.grains.integrator import (
     wall_kind,
 )
 from hydro.grains.placement import number_of_grains
+from hydro.kinds.evolution import Engine, Keeper, go_on, restore, start, state_of
 from hydro.mesh import Mesh
-from hydro.runs.checkpoint import Checkpoint, averaged
-from hydro.runs.evolution import Engine, Keeper, go_on, restore, start, state_of
-from hydro.runs.folder import RunFolder
-from hydro.runs.history import History
-from hydro.runs.march import Run
-from hydro.runs.observables import arrangement, half_waves, wall_extremes, wall_profile
-from hydro.runs.regime import Place, regime, stripe_of
+from hydro.observables.clustering import arrangement, half_waves, wall_extremes, wall_profile
+from hydro.output.checkpoint import Checkpoint, averaged
+from hydro.output.folder import RunFolder
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from hydro.driver.march import Run
+from hydro.driver.trackers import Quiet, multiple_after
 from hydro.errors import CheckpointError
-from hydro.runs.files import write_bytes
-from hydro.runs.march import Run
-from hydro.runs.trackers import Quiet, multiple_after
+from hydro.output.files import write_bytes
 from hydro.state import State
 
 FORMAT = "hydro frame"

@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 from scipy.special import expit
 
+from hydro.check.regime import Place, regime
 from hydro.deck import BranchDeck, dumps
+from hydro.driver.progress import Tally
+from hydro.driver.trackers import StopOnSignal
 from hydro.errors import HydroError, RunFailed
-from hydro.runs.checkpoint import Checkpoint, write_checkpoint
-from hydro.runs.folder import RunFolder
-from hydro.runs.observables import snapshot, wall_profile
-from hydro.runs.progress import Tally
-from hydro.runs.regime import Place, regime
-from hydro.runs.trackers import StopOnSignal
+from hydro.observables.clustering import snapshot, wall_profile
+from hydro.output.checkpoint import Checkpoint, write_checkpoint
+from hydro.output.folder import RunFolder
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.steady.balance import Balance
 from hydro.steady.continuation import (

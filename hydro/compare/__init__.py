@@ -1,0 +1,1 @@
+"""Runs side by side: with a steady state, with other runs."""

@@ -1,0 +1,1 @@
+"""The main loop, its trackers, and the books of a run."""

@@ -1,1 +1,0 @@
-"""Running: the main loop, what looks on (trackers), and what is kept (checkpoints, history, summary)."""
