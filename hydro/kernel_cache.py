@@ -1,108 +1,162 @@
 """Where compiled kernels are kept on disk, and how that stays right.
 
-Numba's own cache has two gaps. It looks only at a kernel's own file for changes, not at what the kernel calls:
-here a folder per digest of all kernel sources covers that. And its index cannot be read where a type in it cannot
-be imported: a closure that a user wrote in a script would stop every other program. Here kernels that were
-specialized for such types have a folder per module, and an index that cannot be read counts as empty.
+Numba's own cache looks only at a kernel's own file for changes. Here machine code lies in a folder named after the
+sources that can end up in it: the kernel's module, the modules of the closures, walls and limiters that it is
+specialized for (the named tuples among its argument types), and all that these import, in this package and beside a
+user's own module. The import statements say what that is, so a kernel may move to any file.
+
+An index of numba's cannot be read where a type in it cannot be imported, and counts as empty then. Nothing is kept
+where the sources cannot be known: types made at a prompt, and files that were changed while the program runs.
 """
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import os
+import re
 import shutil
+import sys
+import sysconfig
 import tempfile
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba import types
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, NullCache
 
-KERNEL_SOURCES = (
-    "jit.py",
-    "mesh.py",
-    "walls.py",
-    "gas/*.py",
-    "dynamics/*.py",
-    "grains/*.py",
-)  # every file that ends up in machine code
-KEPT = 3  # versions of the sources whose machine code is kept
+IMPORTS = re.compile(r"^[ \t]*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n#]*)|import\s+([^\n#]*))", re.MULTILINE)
+LIBRARIES = tuple({sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")})
+KEPT = 64  # folders of machine code; a version of the sources has about ten
+STARTED = time.time()
 
 
-class KernelCache(FunctionCache):
+class KernelCache(NullCache):
     """The cached machine code of one kernel, for all signatures."""
 
-    def __init__(self, function: Callable, module: str = ""):
-        with _cache_directory(module):
-            super().__init__(function)
+    def __init__(self, function: Callable):
         self._function = function
-        self._of_modules: dict[str, KernelCache] = {}
+        self._by_modules: dict[frozenset[str], FunctionCache | None] = {}
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled kernel for a signature, or None."""
-        return self._of(sig)._guarded(FunctionCache.load_overload, sig, target_context)
+        return self._guarded(FunctionCache.load_overload, sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled kernel."""
-        self._of(sig)._guarded(FunctionCache.save_overload, sig, data)
+        self._guarded(FunctionCache.save_overload, sig, data)
 
-    def _guarded(self, method: Callable, *arguments: Any) -> Any:
-        """What the method gives; None, and an empty index, if that is not readable."""
+    def _guarded(self, method: Callable, sig: Any, *arguments: Any) -> Any:
+        """What the method gives of the cache for a signature; None, and an empty index, if that is not readable."""
+        modules = frozenset({self._function.__module__, *modules_of(sig)})
+        if modules not in self._by_modules:
+            self._by_modules[modules] = cache_in(folder_of(modules), self._function)
+        cached = self._by_modules[modules]
+        if cached is None:
+            return None
         try:
-            return method(self, *arguments)
+            return method(cached, sig, *arguments)
         except Exception:
-            self.flush()
+            cached.flush()
             return None
 
-    def _of(self, sig: Any) -> KernelCache:
-        """The cache for a signature: this one, or that of the modules whose types it has."""
-        modules = "+".join(sorted(foreign_modules(sig)))
-        if not modules:
-            return self
-        if modules not in self._of_modules:
-            self._of_modules[modules] = KernelCache(self._function, modules)
-        return self._of_modules[modules]
+
+def cache_in(folder: Path | None, function: Callable) -> FunctionCache | None:
+    """Numba's cache of a function in a folder; none where there is no folder."""
+    if folder is None:
+        return None
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    try:
+        return FunctionCache(function)
+    finally:
+        numba.config.CACHE_DIR = before
 
 
-def foreign_modules(sig: Any) -> set[str]:
-    """Modules outside this package that define a NamedTuple among the types of a signature."""
+def modules_of(sig: Any) -> set[str]:
+    """Names of the modules that define the named tuples among the types of a signature."""
     modules, waiting = set(), list(sig)
     while waiting:
         kind = waiting.pop()
         if isinstance(kind, types.BaseNamedTuple):
             modules.add(kind.instance_class.__module__)
+        if isinstance(kind, types.BaseTuple):
             waiting.extend(kind)
-    return {module for module in modules if module.split(".")[0] != __package__}
-
-
-@contextlib.contextmanager
-def _cache_directory(module: str) -> Iterator[None]:
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(Path(before or _digest_directory()) / module)
-    try:
-        yield
-    finally:
-        numba.config.CACHE_DIR = before
+    return modules
 
 
 @cache
-def _digest_directory() -> Path:
+def folder_of(modules: frozenset[str]) -> Path | None:
+    """Where kernels made of these modules are kept; None if their sources are not known."""
+    sources = sources_of(modules)
+    if sources is None:
+        return None
+    root = _root()
+    folder = root / digest_of(sources)
+    folder.mkdir(exist_ok=True)
+    os.utime(folder)
+    _prune(root)
+    return folder
+
+
+def sources_of(modules: Iterable[str]) -> list[Path] | None:
+    """The files of these modules and of all that they import; None if one has no source as old as this program."""
+    found: dict[str, Path] = {}
+    waiting = list(modules)
+    while waiting:
+        name = waiting.pop()
+        if name in found:
+            continue
+        source = source_of(name)
+        if source is None or source.stat().st_mtime > STARTED:
+            return None
+        found[name] = source
+        waiting.extend(used for used in imports_of(source) if used not in found and belongs(used, name))
+    return sorted(set(found.values()))
+
+
+def source_of(name: str) -> Path | None:
+    """The file of a module that is loaded, if it has one."""
+    source = getattr(sys.modules.get(name), "__file__", None)
+    return Path(source) if source and Path(source).is_file() else None
+
+
+def belongs(used: str, name: str) -> bool:
+    """Whether a name in an import of the module `name` is a module of the same package or of the user's own."""
+    source = source_of(used)
+    if source is None:
+        return False
+    return used.partition(".")[0] == name.partition(".")[0] or not str(source).startswith(LIBRARIES)
+
+
+@cache
+def imports_of(source: Path) -> frozenset[str]:
+    """Names of all that a file imports and that may be modules: `from a.b import c` may mean `a`, `a.b`, `a.b.c`."""
+    names: set[str] = set()
+    for base, attributes, modules in IMPORTS.findall(source.read_text(encoding="utf-8")):
+        names |= {base, *(f"{base}.{word}" for word in listed(attributes))} if base else listed(modules)
+    return frozenset(
+        ".".join(parts[:k]) for parts in (name.split(".") for name in names) for k in range(1, len(parts) + 1)
+    )
+
+
+def listed(clause: str) -> set[str]:
+    """The names in `a, b as c` and the like."""
+    return {name.split()[0] for name in clause.strip("() \n").split(",") if name.split()}
+
+
+def digest_of(sources: Iterable[Path]) -> str:
+    """A name for the contents of files, in their order."""
     digest = hashlib.sha256()
-    for pattern in KERNEL_SOURCES:
-        for source in sorted(Path(__file__).parent.glob(pattern)):
-            digest.update(source.read_bytes())
-    directory = _cache_root() / digest.hexdigest()[:16]
-    directory.mkdir(parents=True, exist_ok=True)
-    os.utime(directory)
-    _prune(directory.parent)
-    return directory
+    for source in sources:
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
 
 
-def _cache_root() -> Path:
+@cache
+def _root() -> Path:
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
     root = home / "hydro"
     try:
@@ -110,11 +164,14 @@ def _cache_root() -> Path:
         writable = os.access(root, os.W_OK)
     except OSError:
         writable = False
-    return root if writable else Path(tempfile.gettempdir()) / f"hydro-{os.getuid()}"
+    if not writable:
+        root = Path(tempfile.gettempdir()) / f"hydro-{os.getuid()}"
+        root.mkdir(exist_ok=True)
+    return root
 
 
 def _prune(root: Path) -> None:
-    """Forget all but the newest few versions of the sources."""
+    """Forget all but the folders that were used last."""
     by_age = sorted((path for path in root.iterdir() if path.is_dir()), key=lambda path: path.stat().st_mtime)
     for stale in by_age[:-KEPT]:
         shutil.rmtree(stale, ignore_errors=True)

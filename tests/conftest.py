@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import platform
 import signal
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -64,3 +66,9 @@ def differences(folder: Path, expected: dict[str, Any]) -> list[str]:
 def restart(folder: Path, *overrides: str) -> int:
     """The exit code of a restart."""
     return main(["restart", str(folder), *overrides, "--quiet"])
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Name the versions that a test run was made with."""
+    libraries = ", ".join(f"{name} {version(name)}" for name in ("numba", "numpy", "scipy", "h5py", "pydantic"))
+    terminalreporter.write_line(f"with Python {platform.python_version()}, {libraries}")
