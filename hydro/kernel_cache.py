@@ -5,8 +5,9 @@ sources that can end up in it: the kernel's module, the modules of the closures,
 specialized for (the named tuples among its argument types), and all that these import, in this package and beside a
 user's own module. The import statements say what that is, so a kernel may move to any file.
 
-An index of numba's cannot be read where a type in it cannot be imported, and counts as empty then. Nothing is kept
-where the sources cannot be known: types made at a prompt, and files that were changed while the program runs.
+Neither the path nor the age of a source matters, so copies of this package share kernels. An index that cannot be read
+counts as empty. Nothing is kept where the sources cannot be known: types made at a prompt, and files that were changed
+while the program runs.
 """
 
 from __future__ import annotations
@@ -20,17 +21,16 @@ import sysconfig
 import tempfile
 import time
 from collections.abc import Callable, Iterable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-import numba
 from numba import types
-from numba.core.caching import FunctionCache, NullCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
 
 IMPORTS = re.compile(r"^[ \t]*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n#]*)|import\s+([^\n#]*))", re.MULTILINE)
 LIBRARIES = tuple({sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")})
-KEPT = 64  # folders of machine code; a version of the sources has about ten
+KEPT = 200  # folders of machine code, some 2 MB each; a version of the sources has about ten
 STARTED = time.time()
 
 
@@ -53,7 +53,8 @@ class KernelCache(NullCache):
         """What the method gives of the cache for a signature; None, and an empty index, if that is not readable."""
         modules = frozenset({self._function.__module__, *modules_of(sig)})
         if modules not in self._by_modules:
-            self._by_modules[modules] = cache_in(folder_of(modules), self._function)
+            folder = folder_of(modules)
+            self._by_modules[modules] = InFolder(self._function, folder) if folder else None
         cached = self._by_modules[modules]
         if cached is None:
             return None
@@ -64,15 +65,39 @@ class KernelCache(NullCache):
             return None
 
 
-def cache_in(folder: Path | None, function: Callable) -> FunctionCache | None:
-    """Numba's cache of a function in a folder; none where there is no folder."""
-    if folder is None:
-        return None
-    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
-    try:
-        return FunctionCache(function)
-    finally:
-        numba.config.CACHE_DIR = before
+class InFolder(FunctionCache):
+    """Numba's cache of a function in a folder whose name stands for the contents of all sources."""
+
+    def __init__(self, function: Callable, folder: Path):
+        self._impl_class = partial(Placed, folder)
+        super().__init__(function)
+
+
+class Placed(CompileResultCacheImpl):
+    """Writes and reads machine code in a folder."""
+
+    def __init__(self, folder: Path, function: Callable):
+        self._locator_classes = [Place(folder, function)]
+        super().__init__(function)
+
+
+class Place(_CacheLocator):
+    """The place of a function in a folder; neither the path nor the age of its source matters."""
+
+    def __init__(self, folder: Path, function: Callable):
+        self._folder, self._name = str(folder), f"{function.__module__}-{function.__code__.co_firstlineno}"
+
+    def from_function(self, py_func: Callable, py_file: str) -> Place:
+        return self
+
+    def get_cache_path(self) -> str:
+        return self._folder
+
+    def get_source_stamp(self) -> str:
+        return ""
+
+    def get_disambiguator(self) -> str:
+        return self._name
 
 
 def modules_of(sig: Any) -> set[str]:
@@ -157,8 +182,8 @@ def digest_of(sources: Iterable[Path]) -> str:
 
 @cache
 def _root() -> Path:
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    root = home / "hydro"
+    named = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
+    root = Path(named or Path("~/.cache").expanduser()) / "hydro"
     try:
         root.mkdir(parents=True, exist_ok=True)
         writable = os.access(root, os.W_OK)

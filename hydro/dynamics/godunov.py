@@ -24,7 +24,7 @@ from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.gas import Closure
 from hydro.jit import kernel, part
-from hydro.mesh import GHOSTS, Mesh
+from hydro.mesh import GHOSTS, Geometry, Mesh
 from hydro.state import State, worst_cell
 
 CELLS_PER_THREAD = 4096  # fewer are not worth waking a thread for
@@ -71,7 +71,7 @@ class Godunov(Integrator):
             LIMITERS[limiter], RIEMANN_SOLVERS[riemann], mesh.spacing(0), mesh.spacing(1), np.array(mesh.periodic),
             hancock.scratch_for(threads),
         )  # fmt: skip
-        self._geometry = heat.Geometry.of(mesh)
+        self._geometry = Geometry.of(mesh)
         self._heat = heat.HeatArrays.of(mesh, threads)
         self._viscosity = viscosity if gas.K > 0.0 else 0.0
         self._viscous = viscous_flow.Arrays.of(mesh) if self._viscosity > 0.0 else None

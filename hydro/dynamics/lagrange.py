@@ -34,13 +34,12 @@ import numpy as np
 
 from hydro.dynamics import multigrid
 from hydro.dynamics import viscosity as viscous_flow
-from hydro.dynamics.heat import Geometry
 from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, Source, StepRejected
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.viscosity import SHARE
 from hydro.gas import Closure
 from hydro.jit import kernel, part
-from hydro.mesh import GHOSTS, Mesh
+from hydro.mesh import GHOSTS, Geometry, Mesh
 from hydro.state import State, worst_cell
 
 TOLERANCE = 3e-4  # when a deck gives none

@@ -20,9 +20,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydro.dynamics.heat import inverse_distances
 from hydro.jit import kernel, part
-from hydro.mesh import Mesh
+from hydro.mesh import Mesh, inverse_distances
 
 # What crosses a face, per unit of the unknowns; fields of arrays (nx, COUPLINGS, ny), face [i, j] below cell [i, j].
 MASS, ENERGY_P, ENERGY_T = 0, 1, 2  # by differences: M, H, C

@@ -23,7 +23,7 @@ from hydro.exact import (
 )
 from hydro.gas import Grossman
 from hydro.jit import compiled_methods
-from hydro.mesh import Mesh
+from hydro.mesh import Geometry, Mesh
 from hydro.state import State
 from hydro.studies.orders import orders
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
@@ -40,7 +40,7 @@ class HeatOnly:
 
     def __init__(self, mesh: Mesh, gas: Any, wall: Any = ELASTIC):
         self.gas, self.wall = gas, wall
-        self.geometry, self.arrays = heat.Geometry.of(mesh), heat.HeatArrays.of(mesh, 1)
+        self.geometry, self.arrays = Geometry.of(mesh), heat.HeatArrays.of(mesh, 1)
 
     def advance(self, state: State, end: float, steps: int) -> State:
         """Advance `state` in place to `end` in equal steps."""

@@ -1,40 +1,16 @@
-"""The driving wall at x = 1: how much heat it gives to the gas.
-
-Each law finds the values of temperature and density *at the wall face* from those of the last cell: between
-its centre and the wall the pressure is uniform, and the conducted heat is the heat that the law gives.
-Taking the last cell's own values instead would be first-order accurate.
-"""
+"""The vibrating wall, Eq. (wall1)."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hydro.jit import compiled_methods
-from hydro.registry import Registry
-
-WALLS: Registry[Any] = Registry("wall")
+from hydro.walls.heated import HeatedFace
 
 ITERATIONS = 50
 TOLERANCE = 1e-8  # of the last of Newton's changes: the error left is of the order of its square
-
-
-class HeatedFace:
-    """What the laws share: heat conducted from the wall to the centre of the last cell."""
-
-    def conducted_slopes(self, gas, n, T, half_width, wall):
-        """Slopes, in n and T of the last cell and in the wall temperature, of the heat conducted from the wall."""
-        p_n, p_T = gas.pressure_slopes(n, T)
-        k_n, k_T = gas.conductivity_slopes(n, T)
-        n_wall = gas.density(gas.pressure(n, T), wall)
-        n_wall_p, n_wall_T = gas.density_slopes(n_wall, wall)
-        wall_k_n, wall_k_T = gas.conductivity_slopes(n_wall, wall)
-        conductance = 0.5 * (gas.conductivity(n, T) + gas.conductivity(n_wall, wall)) / half_width
-        lever = 0.5 * (wall - T) / half_width
-        in_n = lever * (k_n + wall_k_n * n_wall_p * p_n)
-        in_T = lever * (k_T + wall_k_n * n_wall_p * p_T) - conductance
-        return in_n, in_T, lever * (wall_k_T + wall_k_n * n_wall_T) + conductance
 
 
 class VibratingWallConstants(NamedTuple):
@@ -96,32 +72,3 @@ class VibratingWall(VibratingWallConstants, HeatedFace):
         n_p, n_T = gas.density_slopes(gas.density(p, wall), wall)
         root = np.sqrt(wall)
         return gas.K * self.W * n_p * root, gas.K * self.W * (n_T * root + 0.5 * gas.density(p, wall) / root)
-
-
-class ThermalWallConstants(NamedTuple):
-    """The temperature of the wall."""
-
-    temperature: float
-
-
-@compiled_methods
-class ThermalWall(ThermalWallConstants, HeatedFace):
-    """T = temperature at the wall."""
-
-    __slots__ = ()
-
-    def face(self, gas, n, T, half_width, guess):
-        """(heat flux into the gas, wall temperature), as for the vibrating wall; `guess` is not needed."""
-        n_wall = gas.density(gas.pressure(n, T), self.temperature)
-        conductivity = 0.5 * (gas.conductivity(n, T) + gas.conductivity(n_wall, self.temperature))
-        return conductivity * (self.temperature - T) / half_width, self.temperature
-
-    def face_slopes(self, gas, n, T, half_width, wall):
-        """(d flux/dn, d flux/dT) of the last cell."""
-        conducted_n, conducted_T, _ = self.conducted_slopes(gas, n, T, half_width, wall)
-        return conducted_n, conducted_T
-
-
-WALLS.add("vibrating", VibratingWall)
-WALLS.add("thermal", ThermalWall)
-WALLS.add("elastic", lambda: VibratingWall(0.0))

@@ -1,0 +1,21 @@
+"""The driving wall at x = 1: how much heat it gives to the gas. A file per law.
+
+Each law finds the values of temperature and density *at the wall face* from those of the last cell: between
+its centre and the wall the pressure is uniform, and the conducted heat is the heat that the law gives.
+Taking the last cell's own values instead would be first-order accurate.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hydro.registry import Registry
+from hydro.walls.thermal import ThermalWall
+from hydro.walls.vibrating import VibratingWall
+
+__all__ = ["WALLS", "ThermalWall", "VibratingWall"]
+
+WALLS: Registry[Any] = Registry("wall")
+WALLS.add("vibrating", VibratingWall)
+WALLS.add("thermal", ThermalWall)
+WALLS.add("elastic", lambda: VibratingWall(0.0))
