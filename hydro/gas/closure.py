@@ -45,6 +45,7 @@ class Closure(Protocol):
     @property
     def K(self) -> float: ...  # conduction
 
+    def packing_density(self): ...  # where Z diverges; inf where it does not
     def pressure_factor(self, n): ...  # (1-n) Z
     def pressure_factor_slope(self, n): ...  # d/dn of it
     def density(self, p, T): ...  # n(p, T)

@@ -29,6 +29,10 @@ class Grossman(GrossmanConstants, HardDisks):
 
     __slots__ = ()
 
+    def packing_density(self):
+        """Density at which the gas packs: n_c, the unit."""
+        return 1.0
+
     def pressure_factor(self, n):
         """(1-n) Z = 1+n, Eq. (state)."""
         return 1.0 + n
