@@ -1,6 +1,7 @@
 """Compilation: how a function becomes a kernel.
 
-`kernel` compiles a function over arrays and keeps the result on disk; `part` and `inline` do so for its parts.
+`kernel` compiles a function over arrays and keeps the result on disk; `part` and `inline` do so for its parts. A
+`formula` is plain Python for numbers and arrays, and may stand in kernels too.
 
 `compiled_methods` makes the methods of a NamedTuple callable inside kernels: a closure, limiter or Riemann solver
 is written once, as a class of plain arithmetic, and works on numpy arrays as it stands and inside kernels
@@ -19,11 +20,12 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.typing.templates import infer_getattr, make_overload_method_template
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic, overload, register_jitable
 
 from hydro.kernel_cache import KernelCache
 
 C = TypeVar("C", bound=type)
+F = TypeVar("F", bound=Callable)
 
 # Without "nnan" and "ninf": a NaN must stay a NaN, for it is how an inadmissible state shows itself.
 FASTMATH = {"contract", "arcp", "nsz", "reassoc", "afn"}
@@ -63,6 +65,14 @@ def inline(function: Callable | None = None, *, exact: bool = False) -> Any:
     if function is None:
         return lambda wrapped: inline(wrapped, exact=exact)
     return numba.njit(forceinline=True, **(EXACT if exact else OPTIONS))(function)
+
+
+def formula(function: F) -> F:
+    """Let kernels use a function of one expression: it stands there as if written out, by the kernel's own arithmetic.
+
+    To Python it stays what it is, a function of numbers or arrays.
+    """
+    return register_jitable(inline="always")(function)
 
 
 def _cached(function: Callable, exact: bool, **options: Any) -> Any:
