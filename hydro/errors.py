@@ -22,6 +22,10 @@ class RunFailed(HydroError):
         self.remedy = remedy
 
 
+class StepRejected(Exception):
+    """A step would leave the admissible states, and where; the state is as it was before."""
+
+
 class Stopped(HydroError):
     """A signal asked the run to stop; its state is saved (exit code 4)."""
 

@@ -1,7 +1,8 @@
-"""Time-dependent compressible granular hydrodynamics: limiters, Riemann solvers, heat operator, integrators."""
+"""Time-dependent compressible granular hydrodynamics: integrators, limiters, Riemann solvers."""
 
 from hydro.dynamics.godunov import Godunov
-from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, StepRejected
+from hydro.dynamics.integrator import INTEGRATORS, Integrator
 from hydro.dynamics.lagrange import LagrangeRemap
+from hydro.errors import StepRejected
 
-__all__ = ["INTEGRATORS", "Exchange", "Godunov", "Integrator", "LagrangeRemap", "StepRejected"]
+__all__ = ["INTEGRATORS", "Godunov", "Integrator", "LagrangeRemap", "StepRejected"]

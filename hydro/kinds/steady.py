@@ -53,7 +53,7 @@ def solve(deck: SteadyDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
 
 def warm_up(deck: SteadyDeck, wall: Any) -> float:
     """Compile, or load, the kernels; returns the seconds that took."""
-    from hydro.dynamics.heat import wall_heat
+    from hydro.walls.boundary import wall_heat
 
     started = time.perf_counter()
     wall_heat(gas_of(deck), wall, np.full(1, deck.gas.f), np.ones(1), 0.5)

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from hydro.dynamics.heat import wall_heat
 from hydro.mesh import Mesh
 from hydro.state import State
+from hydro.walls.boundary import wall_heat
 
 # Long name and unit of what the summary says of a state; of the last ones, only of averages over grains.
 QUANTITIES = {

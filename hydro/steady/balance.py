@@ -18,11 +18,11 @@ import numpy as np
 from scipy import sparse
 from scipy.special import expit
 
-from hydro.dynamics.heat import wall_heat
 from hydro.gas import Closure
 from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.steady.operators import Faces, diagonal
+from hydro.walls.boundary import wall_heat
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,11 +24,11 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
-from hydro.dynamics.heat import wall_heat
 from hydro.errors import RunFailed
 from hydro.state import State
 from hydro.steady.linear import factorized
 from hydro.steady.operators import Faces, diagonal
+from hydro.walls.boundary import wall_heat
 
 NEAREST = 6  # eigenvalues looked at, around the shift
 

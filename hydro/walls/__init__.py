@@ -1,4 +1,4 @@
-"""The driving wall at x = 1: how much heat it gives to the gas. A file per law.
+"""The walls of the box: how much heat they give to the gas, and what lies beyond them. A file per law.
 
 Each law finds the values of temperature and density *at the wall face* from those of the last cell: between
 its centre and the wall the pressure is uniform, and the conducted heat is the heat that the law gives.
@@ -10,12 +10,14 @@ from __future__ import annotations
 from typing import Any
 
 from hydro.registry import Registry
+from hydro.walls.boundary import Boundary, Walls
+from hydro.walls.elastic import ElasticWall
 from hydro.walls.thermal import ThermalWall
 from hydro.walls.vibrating import VibratingWall
 
-__all__ = ["WALLS", "ThermalWall", "VibratingWall"]
+__all__ = ["WALLS", "Boundary", "ElasticWall", "ThermalWall", "VibratingWall", "Walls"]
 
 WALLS: Registry[Any] = Registry("wall")
 WALLS.add("vibrating", VibratingWall)
 WALLS.add("thermal", ThermalWall)
-WALLS.add("elastic", lambda: VibratingWall(0.0))
+WALLS.add("elastic", ElasticWall)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from hydro.gas.conduction import conducted_slope, face_conductance
+from hydro.walls.elastic import SmoothWall
 
 
-class HeatedFace:
-    """What the laws share: heat conducted from the wall to the centre of the last cell."""
+class HeatedFace(SmoothWall):
+    """What the laws share: smooth walls, heat conducted from the wall to the centre of the last cell."""
 
     def conducted_slopes(self, gas, n, T, half_width, wall):
         """Slopes, in n and T of the last cell and in the wall temperature, of the heat conducted from the wall."""

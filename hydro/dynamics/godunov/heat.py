@@ -2,13 +2,12 @@
 
     n dT/dt = div(kappa grad T) - I,    kappa = k(n) T^(1/2),   I = q(n) T^(3/2)
 
-The heat operator here is the only one: its face conductivities (the mean of the two cells'), cooling and wall
-flux are those of every solver, so that a state which balances them is steady for all.
+The face conductivities (the mean of the two cells'), cooling and wall heat are those of every solver, so that a state
+which balances them is steady for all.
 
-RKL2 (Meyer, Balsara and Aslam, J. Comput. Phys. 257, 594, 2014) is a second-order Runge-Kutta method whose s
-stages reach (s^2+s-2)/4 explicit steps: conduction never sets the step. Balanced terms give zero in every
-stage, so a steady state stays. The heat given by the wall and lost in collisions go through the same
-recurrence as the temperature, so that the books balance to round-off.
+Conduction never sets the step (see `hydro.numerics.rkl2`). Balanced terms give zero in every stage, so a steady state
+stays. The heat given by the walls and lost in collisions go through the same recurrence as the temperature, so that
+the books balance to round-off.
 
 Cooling is then done again, cell by cell, under the mean conducted heat of the super-step and to fourth order: in a
 gas that nothing heats, RKL2's relative error of about 0.56 (dt/t_c)^2 would be too coarse.
@@ -16,18 +15,25 @@ gas that nothing heats, RKL2's relative error of about 0.56 (dt/t_c)^2 would be 
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import prange
 
-from hydro.dynamics.reduce import store_largest
-from hydro.jit import inline, kernel, part
+from hydro.fields import N
+from hydro.gas import Closure
+from hydro.gas.conduction import conducted_heat
+from hydro.jit import kernel, part
+from hydro.mesh import Geometry, Mesh
+from hydro.numerics.reduce import store_largest
+from hydro.numerics.rkl2 import MOST_EXPLICIT_STEPS, first_rate, later_stages, stage_count
+from hydro.walls.boundary import HEAT, HIGH, LOW, TEMPERATURE, Boundary
 
 COOLING_FRACTION = 0.03  # of a cooling time at most, in one super-step
 CHANGE = 0.3  # of the temperature at most, in one super-step, by the rates at its start
 SAFETY = 1.2  # of the spectral radius, for the conductivity's own dependence on temperature
-MOST_EXPLICIT_STEPS, MOST_SUPERSTEPS = 2e5, 1000
+MOST_SUPERSTEPS = 1000
 
 # Fields of the work array, each (nx, ny).
 START, LAST, NEXT = 0, 1, 2  # temperature: at the start, and at the last two stages, which change places
@@ -48,129 +54,77 @@ ONE = np.uint64(1)
 
 
 class HeatArrays(NamedTuple):
-    """Work space of the heat kernels: 80 bytes per cell.
-
-    `wall_temperature`, shape (ny,), is the first guess for the temperature of the wall face. Zeros mean that
-    there is none yet. It has to be saved for a run to go on with the same bits.
-    """
+    """Work space of the heat kernels: 80 bytes per cell."""
 
     work: np.ndarray  # (FIELDS, nx, ny)
     scratch: np.ndarray  # (threads, SCRATCH_ROWS, ny+2)
     sums: np.ndarray  # (SUMS, nx)
-    wall_temperature: np.ndarray  # (ny,)
-    wall_flux: np.ndarray  # (ny,), heat from the driving wall per length and time
 
     @classmethod
-    def of(cls, mesh, threads: int) -> HeatArrays:
+    def of(cls, mesh: Mesh, threads: int) -> HeatArrays:
         nx, ny = mesh.cells
-        scratch = np.zeros((threads, SCRATCH_ROWS, ny + 2))
-        return cls(np.zeros((FIELDS, nx, ny)), scratch, np.zeros((SUMS, nx)), np.zeros(ny), np.zeros(ny))
+        return cls(np.zeros((FIELDS, nx, ny)), np.zeros((threads, SCRATCH_ROWS, ny + 2)), np.zeros((SUMS, nx)))
 
 
-@kernel
-def advance(gas, wall, geometry, arrays, state, dt):
-    """Heat the conserved `state` (4, nx, ny) for `dt`; returns the energies given by the wall and lost in collisions.
+class Heat:
+    """Conduction, cooling and the heat of walls on a mesh."""
 
-    Both are NaN if the step is out of all proportion to the rates of conduction and cooling.
-    """
-    begin(gas, state, arrays)
-    given, lost, remaining = 0.0, 0.0, dt
-    for _ in range(MOST_SUPERSTEPS):
-        power = drive(gas, wall, geometry, arrays, START)
-        start_rates(geometry, arrays)
-        step = superstep_size(arrays, remaining)
-        given += superstep(gas, wall, geometry, arrays, power, step)
-        correct(geometry, arrays, state, step)
-        lost += total(arrays.sums[LOSS])
-        if step == remaining:
-            return given, lost
-        remaining -= step
-    return np.nan, np.nan
+    def __init__(self, gas: Closure, boundary: Boundary, mesh: Mesh, threads: int):
+        self.gas, self.boundary, self.geometry = gas, boundary, Geometry.of(mesh)
+        self.arrays = HeatArrays.of(mesh, threads)
 
+    def advance(self, state: np.ndarray, dt: float) -> tuple[float, float]:
+        """Heat the conserved `state` (4, nx, ny) for `dt`; returns the energies given by walls and lost in collisions.
 
-@part
-def superstep_size(arrays, remaining):
-    """The next super-step: all that remains, if rates and stages allow it; rather two halves than a sliver."""
-    longest = min(1.0 / largest(arrays.sums[RATE]), MOST_EXPLICIT_STEPS / (SAFETY * largest(arrays.sums[RADIUS])))
-    if longest >= remaining:
-        return remaining
-    return min(longest, 0.5 * remaining)
+        Both are NaN if the step is out of all proportion to the rates of conduction and cooling.
+        """
+        arrays, geometry, sides = self.arrays, self.geometry, self.boundary.sides
+        begin(self.gas, state, arrays)
+        densities = self.boundary.beside(state[N])
+        given, lost, remaining = 0.0, 0.0, dt
+        for _ in range(MOST_SUPERSTEPS):
+            power = self._wall_power(densities, START)
+            start_rates(geometry, sides, arrays)
+            step = self._superstep_size(remaining)
+            given += self._superstep(densities, power, step)
+            correct(geometry, arrays, state, step)
+            lost += float(arrays.sums[LOSS].sum())
+            if step == remaining:
+                return given, lost
+            remaining -= step
+        return math.nan, math.nan
 
+    def _wall_power(self, densities: list[np.ndarray], field: int) -> float:
+        """The power that walls give to the temperatures in `field`."""
+        return self.boundary.give_heat(densities, self.boundary.beside(self.arrays.work[field]))
 
-@part
-def superstep(gas, wall, geometry, arrays, power, dt):
-    """One RKL2 step of temperature and losses, from START to LAST; returns the energy given by the wall.
+    def _superstep_size(self, remaining: float) -> float:
+        """The next super-step: all that remains, if rates and stages allow it; rather two halves than a sliver."""
+        radius, rate = (float(self.arrays.sums[row].max()) for row in (RADIUS, RATE))
+        longest = min(over(1.0, rate), over(MOST_EXPLICIT_STEPS / SAFETY, radius))
+        return remaining if longest >= remaining else min(longest, 0.5 * remaining)
 
-    power: what the wall gives at the start.
-    """
-    stages = stage_count(0.5 * dt * SAFETY * largest(arrays.sums[RADIUS]))
-    unit = 4.0 / (stages * stages + stages - 2.0)
-    first_stage(arrays.work, unit * dt / 3.0)
-    given_before, given = 0.0, unit * dt / 3.0 * power
-    for j in range(2, stages + 1):
-        mu, nu, rate, start_rate = coefficients(j, unit)
-        last = LAST if j % 2 == 0 else NEXT  # an odd number of stages: the result is in LAST
-        given_next = mu * given + nu * given_before + dt * start_rate * power
-        given_next += dt * rate * drive(gas, wall, geometry, arrays, last)
-        stage(geometry, arrays, last, mu, nu, rate * dt, start_rate * dt)
-        given_before, given = given, given_next
-    return given
+    def _superstep(self, densities: list[np.ndarray], power: float, dt: float) -> float:
+        """One step of temperature and losses, from START to LAST; returns the energy given by the walls.
 
-
-@part
-def drive(gas, wall, geometry, arrays, field):
-    """Heat flux from the wall x = 1 for the temperatures in `field`; returns its integral over the wall."""
-    nx, ny = arrays.work.shape[1:]
-    if geometry.periodic_x:
-        return 0.0
-    half_width = 0.5 * geometry.dx[nx - 1]
-    inverse, T, guess = arrays.work[INVERSE, nx - 1], arrays.work[field, nx - 1], arrays.wall_temperature
-    power = 0.0
-    for j in range(ny):
-        start = guess[j] if guess[j] > 0.0 else T[j]
-        flux, guess[j] = wall.face(gas, 1.0 / inverse[j], T[j], half_width, start)
-        arrays.wall_flux[j] = flux
-        power += flux * geometry.dy[j]
-    return power
+        power: what the walls give at the start.
+        """
+        arrays, sides = self.arrays, self.boundary.sides
+        count = stage_count(0.5 * dt * SAFETY * float(arrays.sums[RADIUS].max()))
+        start = first_rate(count) * dt
+        first_stage(arrays.work, start)
+        given_before, given, last, following = 0.0, start * power, LAST, NEXT
+        for mu, nu, rate, start_rate in later_stages(count):
+            given_next = mu * given + nu * given_before + dt * start_rate * power
+            given_next += dt * rate * self._wall_power(densities, last)
+            stage(self.geometry, sides, arrays, last, mu, nu, rate * dt, start_rate * dt)
+            given_before, given, last, following = given, given_next, following, last
+        return given  # an odd number of stages: the result is in LAST
 
 
-@inline
-def total(values):
-    """Sum of an array."""
-    result = 0.0
-    for value in values:
-        result += value
-    return result
-
-
-@inline
-def largest(values):
-    """Maximum of an array that is nowhere negative; NaN if one is in it."""
-    result = 0.0
-    for value in values:
-        result = result if value <= result else value
-    return result
-
-
-@inline
-def stage_count(explicit_steps):
-    """The smallest odd number of stages, three or more, that reaches so many explicit steps."""
-    enough = int(np.ceil(0.5 * (np.sqrt(9.0 + 16.0 * min(explicit_steps, MOST_EXPLICIT_STEPS)) - 1.0)))
-    return max(3, enough + 1 - enough % 2)
-
-
-@inline
-def weight(j):
-    """b_j of RKL2."""
-    return 1.0 / 3.0 if j < 2 else (j * j + j - 2.0) / (2.0 * j * (j + 1.0))
-
-
-@inline
-def coefficients(j, unit):
-    """mu, nu, and the weights of the last and of the first rate in stage j of RKL2."""
-    mu = (2.0 * j - 1.0) / j * weight(j) / weight(j - 1)
-    nu = -(j - 1.0) / j * weight(j) / weight(j - 2)
-    return mu, nu, mu * unit, (weight(j - 1) - 1.0) * mu * unit
+def over(share: float, rate: float) -> float:
+    """A share of the time that a rate means; infinite for no rate, zero for one that is not a number."""
+    return 0.0 if math.isnan(rate) else share / rate if rate > 0.0 else math.inf
 
 
 @kernel(parallel=True)
@@ -204,28 +158,34 @@ def load_line(work, field, i, temperature, conductivity):
 
 
 @part
-def flux_line(geometry, wall_flux, face, s):
-    """Heat conducted through x face `face` toward smaller x, into scratch row FLUX_ABOVE.
+def flux_line(geometry, sides, face, s):
+    """Heat conducted through the faces in x below row `face` toward smaller x, into scratch row FLUX_ABOVE.
 
-    Its cells are in the rows HERE and AHEAD. No heat comes from the wall x = 0.
+    Its cells are in the rows HERE and AHEAD. Through closed sides goes the heat of the walls.
     """
     T, K, T_ahead, K_ahead, flux = s[T_HERE], s[K_HERE], s[T_AHEAD], s[K_AHEAD], s[FLUX_ABOVE]
-    conductance = 0.5 * geometry.inverse_x[face]
-    if 0 < face < geometry.dx.size or geometry.periodic_x:
-        for k in range(np.uint64(flux.size)):
-            flux[k] = conductance * (K[k] + K_ahead[k]) * (T_ahead[k] - T[k])
-    else:
-        for k in range(np.uint64(wall_flux.size)):
-            flux[k + ONE] = 0.0 if face == 0 else wall_flux[k]
+    inverse, scale, aperture = (
+        geometry.inverse_x[face],
+        geometry.scale_x[face],
+        geometry.aperture_x[geometry.pattern_x[face]],
+    )
+    for j in range(np.uint64(aperture.size)):
+        k = j + ONE
+        flux[k] = aperture[j] * scale * conducted_heat(inverse, K[k], K_ahead[k], T[k], T_ahead[k])
+    if face == 0 or face == geometry.dx.size:
+        heat = sides.x[HIGH if face > 0 else LOW, HEAT]
+        toward = scale if face > 0 else -scale
+        for j in range(np.uint64(aperture.size)):
+            flux[j + ONE] += toward * heat[j]
 
 
 @part
-def start_lines(geometry, arrays, field, i, s):
+def start_lines(geometry, sides, arrays, field, i, s):
     """Prepare the scratch rows for a sweep that starts with row i."""
     before = (i - 1) % arrays.work.shape[1]
     load_line(arrays.work, field, before, s[T_HERE], s[K_HERE])
     load_line(arrays.work, field, i, s[T_AHEAD], s[K_AHEAD])
-    flux_line(geometry, arrays.wall_flux, i, s)
+    flux_line(geometry, sides, i, s)
 
 
 @part
@@ -241,7 +201,7 @@ def shift_lines(s):
 
 
 @part
-def divergence_line(geometry, arrays, field, i, s):
+def divergence_line(geometry, sides, arrays, field, i, s):
     """Divergence of the conducted heat in row i into scratch row DIVERGENCE; rows must be taken in order."""
     nx, ny = arrays.work.shape[1:]
     T, K, below, above, divergence = s[T_HERE], s[K_HERE], s[FLUX_BELOW], s[FLUX_ABOVE], s[DIVERGENCE]
@@ -249,14 +209,17 @@ def divergence_line(geometry, arrays, field, i, s):
     T[0], T[ny + 1] = (T[ny], T[1]) if geometry.periodic_y else (T[1], T[ny])
     K[0], K[ny + 1] = (K[ny], K[1]) if geometry.periodic_y else (K[1], K[ny])
     load_line(arrays.work, field, (i + 1) % nx, s[T_AHEAD], s[K_AHEAD])
-    flux_line(geometry, arrays.wall_flux, i + 1, s)
-    over_dx = 1.0 / geometry.dx[i]
-    dy, inverse_y = geometry.dy, geometry.inverse_y
+    flux_line(geometry, sides, i + 1, s)
+    scale = geometry.scale[i]
+    over_dx, over_scale = 1.0 / (scale * geometry.dx[i]), 1.0 / scale
+    dy, inverse_y, aperture = geometry.dy, geometry.inverse_y, geometry.aperture_y[geometry.pattern_y[i]]
     for k in range(ONE, np.uint64(ny + 1)):
         j = k - ONE
-        up = 0.5 * inverse_y[k] * (K[k] + K[k + ONE]) * (T[k + ONE] - T[k])
-        down = 0.5 * inverse_y[j] * (K[j] + K[k]) * (T[k] - T[j])
-        divergence[k] = over_dx * (above[k] - below[k]) + (up - down) / dy[j]
+        up = aperture[k] * conducted_heat(inverse_y[k], K[k], K[k + ONE], T[k], T[k + ONE])
+        down = aperture[j] * conducted_heat(inverse_y[j], K[j], K[k], T[j], T[k])
+        divergence[k] = over_dx * (above[k] - below[k]) + over_scale * over_scale * (up - down) / dy[j]
+    divergence[1] += over_scale * sides.y[LOW, HEAT, i] / dy[0]
+    divergence[ny] += over_scale * sides.y[HIGH, HEAT, i] / dy[ny - 1]
 
 
 @part
@@ -264,42 +227,60 @@ def conductance_line(geometry, arrays, i, s):
     """Sum of a cell's face conductances over its area into scratch row CONDUCTANCE, after `divergence_line`."""
     ny = arrays.work.shape[2]
     K_behind, K, K_ahead, conductance = s[K_BEHIND], s[K_HERE], s[K_AHEAD], s[CONDUCTANCE]
-    dy, inverse_y = geometry.dy, geometry.inverse_y
-    below, above = geometry.inverse_x[i], geometry.inverse_x[i + 1]
-    over_dx = 1.0 / geometry.dx[i]
+    dy, inverse_y, scale = geometry.dy, geometry.inverse_y, geometry.scale[i]
+    below, above = geometry.inverse_x[i] * geometry.scale_x[i], geometry.inverse_x[i + 1] * geometry.scale_x[i + 1]
+    over_dx, over_scale = 1.0 / (scale * geometry.dx[i]), 1.0 / (scale * scale)
     for k in range(ONE, np.uint64(ny + 1)):
         j = k - ONE
         x_part = below * (K_behind[k] + K[k]) + above * (K[k] + K_ahead[k])
-        y_part = inverse_y[j] * (K[j] + K[k]) + inverse_y[k] * (K[k] + K[k + ONE])
+        y_part = over_scale * (inverse_y[j] * (K[j] + K[k]) + inverse_y[k] * (K[k] + K[k + ONE]))
         conductance[k] = 0.5 * (x_part * over_dx + y_part / dy[j])
 
 
 @part
-def wall_conductance(geometry, arrays, s):
-    """Add that of the driving wall to the last row's conductances: what the heat law gave, or the cell's own."""
-    over_dx = 1.0 / geometry.dx[-1]
-    T, K, conductance = s[T_HERE], s[K_HERE], s[CONDUCTANCE]
-    flux, wall_temperature = arrays.wall_flux, arrays.wall_temperature
-    for j in range(flux.size):
-        gap = abs(wall_temperature[j] - T[j + 1])
-        given = abs(flux[j]) / gap if gap > 0.0 else 0.0
-        conductance[j + 1] += max(given, 2.0 * over_dx * K[j + 1]) * over_dx
+def wall_conductances(geometry, sides, i, s):
+    """Add those of walls to the conductances of row i: what the heat law gave, or the cell's own.
+
+    A side whose wall has no temperature gives no heat.
+    """
+    ny, last = geometry.dy.size, geometry.dx.size - 1
+    for end in (LOW, HIGH):
+        row = 0 if end == LOW else last
+        if i == row:
+            for j in range(ny):
+                heat, wall = sides.x[end, HEAT, j], sides.x[end, TEMPERATURE, j]
+                s[CONDUCTANCE, j + 1] += wall_conductance(
+                    heat, wall, s[T_HERE, j + 1], s[K_HERE, j + 1], geometry.dx[i]
+                )
+        column = 0 if end == LOW else ny - 1
+        heat, wall, k = sides.y[end, HEAT, i], sides.y[end, TEMPERATURE, i], column + 1
+        width = geometry.dy[column] * geometry.scale[i]
+        s[CONDUCTANCE, k] += wall_conductance(heat, wall, s[T_HERE, k], s[K_HERE, k], width)
+
+
+@part
+def wall_conductance(heat, wall, T, K, width):
+    """Conductance between a wall and the cell beside it, over the cell's area."""
+    if wall == 0.0:
+        return 0.0
+    over_width, gap = 1.0 / width, abs(wall - T)
+    given = abs(heat) / gap if gap > 0.0 else 0.0
+    return max(given, 2.0 * over_width * K) * over_width
 
 
 @kernel(parallel=True)
-def start_rates(geometry, arrays):
+def start_rates(geometry, sides, arrays):
     """Rates of conduction and cooling at the start; per row, what they and the spectral radius ask of the step."""
     work = arrays.work
     nx, bands = work.shape[1], arrays.scratch.shape[0]
     for band in prange(bands):
         s = arrays.scratch[band]
         first, stop = band * nx // bands, (band + 1) * nx // bands
-        start_lines(geometry, arrays, START, first, s)
+        start_lines(geometry, sides, arrays, START, first, s)
         for i in range(first, stop):
-            divergence_line(geometry, arrays, START, i, s)
+            divergence_line(geometry, sides, arrays, START, i, s)
             conductance_line(geometry, arrays, i, s)
-            if i == nx - 1 and not geometry.periodic_x:
-                wall_conductance(geometry, arrays, s)
+            wall_conductances(geometry, sides, i, s)
             start_row(work, i, s[DIVERGENCE], s[CONDUCTANCE], arrays.sums)
 
 
@@ -339,16 +320,16 @@ def first_row(work, i, rate):
 
 
 @kernel(parallel=True)
-def stage(geometry, arrays, last, mu, nu, rate, start_rate):
+def stage(geometry, sides, arrays, last, mu, nu, rate, start_rate):
     """A later stage of RKL2, from the temperatures in field `last` into the other one."""
     work = arrays.work
     nx, bands = work.shape[1], arrays.scratch.shape[0]
     for band in prange(bands):
         s = arrays.scratch[band]
         first, stop = band * nx // bands, (band + 1) * nx // bands
-        start_lines(geometry, arrays, last, first, s)
+        start_lines(geometry, sides, arrays, last, first, s)
         for i in range(first, stop):
-            divergence_line(geometry, arrays, last, i, s)
+            divergence_line(geometry, sides, arrays, last, i, s)
             stage_row(work, last, i, s[DIVERGENCE], mu, nu, rate, start_rate)
 
 
@@ -399,13 +380,4 @@ def correct_row(geometry, work, sums, density, energy, i, dt):
         T[j] += change
         energy[j] += density[j] * change
         total += density[j] * loss * geometry.dy[j]
-    sums[LOSS, i] = total * geometry.dx[i]
-
-
-@kernel
-def wall_heat(gas, wall, density, temperature, half_width):
-    """(heat flux, temperature) of the wall face, for last cells of the given density and temperature; all (ny,)."""
-    flux, faces = temperature.copy(), temperature.copy()
-    for j in range(faces.size):
-        flux[j], faces[j] = wall.face(gas, density[j], temperature[j], half_width, temperature[j])
-    return flux, faces
+    sums[LOSS, i] = total * (geometry.scale[i] * geometry.dx[i])

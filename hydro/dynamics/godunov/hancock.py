@@ -18,6 +18,8 @@ from numba import prange
 
 from hydro.jit import inline, kernel, part
 from hydro.mesh import GHOSTS
+from hydro.mesh.geometry import OPEN
+from hydro.walls.boundary import HIGH, LOW
 
 TILE = 128  # cells of a row that are updated at once
 ROW = TILE + 2 * GHOSTS
@@ -38,11 +40,10 @@ GROUP = np.uint64(4 * ROW)
 
 
 @kernel(parallel=True)
-def advance(gas, limiter, riemann, dt, spacing_x, spacing_y, periodic, old, new, scratch):
+def advance(gas, limiter, riemann, dt, geometry, sides, old, new, scratch):
     """Advance `old` by `dt` into `new`, without sources.
 
-    old, new: (4, nx, ny) density, two momenta, energy. spacing_x: (3, nx + 4), see `Mesh.spacing`; spacing_y:
-    (3, ny + 4). periodic: (2,) booleans for x and y. scratch: (threads, SCRATCH).
+    old, new: (4, nx, ny) density, two momenta, energy. sides: with ghost rows filled. scratch: (threads, SCRATCH).
     """
     nx, ny = old.shape[1:]
     tiles_y = (ny + TILE - 1) // TILE
@@ -50,69 +51,88 @@ def advance(gas, limiter, riemann, dt, spacing_x, spacing_y, periodic, old, new,
     for band in prange(bands):
         for tile in range(tiles_y):
             sweep(
-                gas, limiter, riemann, dt, spacing_x, spacing_y, periodic, old, new, scratch[band],
+                gas, limiter, riemann, dt, geometry, sides, old, new, scratch[band],
                 band * nx // bands, (band + 1) * nx // bands, tile * TILE, min(ny, (tile + 1) * TILE),
             )  # fmt: skip
 
 
 @part
-def sweep(gas, limiter, riemann, dt, spacing_x, spacing_y, periodic, old, new, s, i0, i1, j0, j1):
+def sweep(gas, limiter, riemann, dt, geometry, sides, old, new, s, i0, i1, j0, j1):
     """Advance the cells [i0, i1) x [j0, j1), at most TILE of them in y; `s` is one thread's scratch."""
-    nx, ny = old.shape[1:]
-    load_row(gas, periodic, old, s, i0 - 2, j0, j1, HERE)
-    load_row(gas, periodic, old, s, i0 - 1, j0, j1, AHEAD)
+    ny = old.shape[2]
+    count = np.uint64(j1 - j0)
+    load_row(gas, sides, old, s, i0 - 2, j0, j1, HERE)
+    load_row(gas, sides, old, s, i0 - 1, j0, j1, AHEAD)
     for i in range(i0 - 1, i1 + 1):
         for k in range(GROUP):
             s[BEHIND + N + k] = s[HERE + N + k]
             s[HERE + N + k] = s[AHEAD + N + k]
             s[X_HIGH_BEHIND + N + k] = s[X_HIGH + N + k]
             s[FLUX_X_BEHIND + k] = s[FLUX_X + N + k]
-        load_row(gas, periodic, old, s, i + 1, j0, j1, AHEAD)
-        face_states(gas, limiter, dt, spacing_x[:, i + GHOSTS], spacing_y, s, j0, j1)
+        load_row(gas, sides, old, s, i + 1, j0, j1, AHEAD)
+        face_states(gas, limiter, dt, geometry.spacing_x[:, i + GHOSTS], geometry.spacing_y, s, j0, j1)
         if i >= i0:
-            fluxes_x(gas, riemann, s, np.uint64(j1 - j0), (i == 0 or i == nx) and not periodic[0])
+            fluxes_x(gas, riemann, s, count)
+            if geometry.pattern_x[i] != OPEN:
+                narrow_x(geometry.aperture_x[geometry.pattern_x[i]], s, j0, count)
         if i > i0:
-            update_row(dt / spacing_x[0, i - 1 + GHOSTS], dt, spacing_y, old, new, s, i - 1, j0, j1)
+            update_row(geometry, dt, old, new, s, i - 1, j0, j1)
         if i < i1:
-            fluxes_y(gas, riemann, s, np.uint64(j1 - j0), j0 == 0 and not periodic[1], j1 == ny and not periodic[1])
+            fluxes_y(gas, riemann, s, count)
+            aperture = geometry.aperture_y[geometry.pattern_y[i]]
+            if j0 == 0:
+                narrow_face(aperture[0], s, FLUX_Y + TWO, U)
+            if j1 == ny:
+                narrow_face(aperture[ny], s, FLUX_Y + TWO + count, U)
 
 
 @inline
-def source_index(index, count, periodic):
-    """The cell that a ghost cell copies: across a periodic side, or mirrored at a wall."""
-    if periodic:
-        return (index + count) % count
-    if index < 0:
-        return -1 - index
-    return 2 * count - 1 - index if index >= count else index
+def primitive(gas, density, momentum_x, momentum_y, energy):
+    """Density, velocities and pressure of a cell."""
+    u = momentum_x / density
+    v = momentum_y / density
+    return density, u, v, (energy - 0.5 * density * (u * u + v * v)) * gas.compressibility(density)
 
 
 @part
-def load_cells(gas, old, i, j0, j1, s, start, sign_x, sign_y):
+def load_cells(gas, old, i, j0, j1, s, start):
     """Primitive variables of the cells [j0, j1) of row i into the scratch array from `start` on."""
     density, momentum_x, momentum_y, energy = old[0, i, j0:j1], old[1, i, j0:j1], old[2, i, j0:j1], old[3, i, j0:j1]
     for k in range(np.uint64(j1 - j0)):
-        n = density[k]
-        u = momentum_x[k] / n
-        v = momentum_y[k] / n
+        n, u, v, p = primitive(gas, density[k], momentum_x[k], momentum_y[k], energy[k])
         s[start + N + k] = n
-        s[start + U + k] = sign_x * u
-        s[start + V + k] = sign_y * v
-        s[start + P + k] = (energy[k] - 0.5 * n * (u * u + v * v)) * gas.compressibility(n)
+        s[start + U + k] = u
+        s[start + V + k] = v
+        s[start + P + k] = p
 
 
 @part
-def load_row(gas, periodic, old, s, i, j0, j1, row):
+def copy_cells(ghosts, j0, j1, s, start):
+    """The columns [j0, j1) of a ghost row (4, m) into the scratch array from `start` on."""
+    for q in range(4):
+        row, values = start + np.uint64(q * ROW), ghosts[q, j0:j1]
+        for k in range(np.uint64(j1 - j0)):
+            s[row + k] = values[k]
+
+
+@part
+def load_row(gas, sides, old, s, i, j0, j1, row):
     """Primitive variables of row i, ghost cells included, into the scratch row `row`."""
     nx, ny = old.shape[1:]
-    sign_x = -1.0 if (i < 0 or i >= nx) and not periodic[0] else 1.0
-    i = source_index(i, nx, periodic[0])
-    load_cells(gas, old, i, j0, j1, s, row + TWO, sign_x, 1.0)
+    first, last = max(j0 - GHOSTS, 0), min(j1 + GHOSTS, ny)
+    at = row + np.uint64(first - j0 + GHOSTS)
+    if 0 <= i < nx:
+        load_cells(gas, old, i, first, last, s, at)
+    elif i < 0:
+        copy_cells(sides.ghost_x[LOW, -1 - i], first, last, s, at)
+    else:
+        copy_cells(sides.ghost_x[HIGH, i - nx], first, last, s, at)
+    k = i + GHOSTS
     for ghost in range(GHOSTS):
-        for j in (j0 - 1 - ghost, j1 + ghost):
-            sign_y = -1.0 if (j < 0 or j >= ny) and not periodic[1] else 1.0
-            at = source_index(j, ny, periodic[1])
-            load_cells(gas, old, i, at, at + 1, s, row + np.uint64(j - j0 + GHOSTS), sign_x, sign_y)
+        if j0 == 0:
+            copy_cells(sides.ghost_y[LOW, ghost], k, k + 1, s, row + np.uint64(GHOSTS - 1 - ghost))
+        if j1 == ny:
+            copy_cells(sides.ghost_y[HIGH, ghost], k, k + 1, s, row + np.uint64(j1 - j0 + GHOSTS + ghost))
 
 
 @part
@@ -163,7 +183,7 @@ def face_states(gas, limiter, dt, spacing_x, spacing_y, s, j0, j1):
 
 
 @part
-def fluxes_x(gas, riemann, s, count, at_wall):
+def fluxes_x(gas, riemann, s, count):
     """Fluxes through the faces between row i-1 and row i."""
     for k in range(TWO, count + TWO):
         mass, normal, transverse, energy = riemann.flux(
@@ -175,13 +195,10 @@ def fluxes_x(gas, riemann, s, count, at_wall):
         s[FLUX_X + U + k] = normal
         s[FLUX_X + V + k] = transverse
         s[FLUX_X + P + k] = energy
-    if at_wall:
-        for k in range(TWO, count + TWO):
-            close_face(s, FLUX_X + k, V)
 
 
 @part
-def fluxes_y(gas, riemann, s, count, low_wall, high_wall):
+def fluxes_y(gas, riemann, s, count):
     """Fluxes through the y faces of row i; column k holds the face below cell k."""
     for k in range(TWO, count + TWO + ONE):
         mass, normal, transverse, energy = riemann.flux(
@@ -193,31 +210,36 @@ def fluxes_y(gas, riemann, s, count, low_wall, high_wall):
         s[FLUX_Y + U + k] = transverse
         s[FLUX_Y + V + k] = normal
         s[FLUX_Y + P + k] = energy
-    if low_wall:
-        close_face(s, FLUX_Y + TWO, U)
-    if high_wall:
-        close_face(s, FLUX_Y + TWO + count, U)
-
-
-@inline
-def close_face(s, face, transverse):
-    """Nothing but pressure crosses a wall: mirror images give that to round-off, and here to the last bit."""
-    s[face] = 0.0
-    s[face + transverse] = 0.0
-    s[face + P] = 0.0
 
 
 @part
-def update_row(dt_dx, dt, spacing_y, old, new, s, i, j0, j1):
+def narrow_x(aperture, s, j0, count):
+    """Narrow the faces below row i to their apertures, (ny,)."""
+    for k in range(count):
+        narrow_face(aperture[j0 + k], s, FLUX_X + TWO + k, V)
+
+
+@inline
+def narrow_face(aperture, s, face, transverse):
+    """Nothing but pressure acts where a face is closed: mirror images give that to round-off, and here exactly."""
+    s[face] *= aperture
+    s[face + transverse] *= aperture
+    s[face + P] *= aperture
+
+
+@part
+def update_row(geometry, dt, old, new, s, i, j0, j1):
     """Add the flux differences of row i."""
-    widths = spacing_y[0, j0 + GHOSTS : j1 + GHOSTS]
+    widths, scale = geometry.dy[j0:j1], geometry.scale[i]
+    low, high = geometry.scale_x[i], geometry.scale_x[i + 1]
+    dt_dx = dt / (scale * geometry.dx[i])
     for q in range(4):
         row = np.uint64(q * ROW) + TWO
         lower, upper, side = FLUX_X_BEHIND + row, FLUX_X + row, FLUX_Y + row
         before, after = old[q, i, j0:j1], new[q, i, j0:j1]
         for k in range(np.uint64(j1 - j0)):
-            through_y = dt / widths[k] * (s[side + k + ONE] - s[side + k])
-            after[k] = before[k] - dt_dx * (s[upper + k] - s[lower + k]) - through_y
+            through_y = dt / (scale * widths[k]) * (s[side + k + ONE] - s[side + k])
+            after[k] = before[k] - dt_dx * (high * s[upper + k] - low * s[lower + k]) - through_y
 
 
 def scratch_for(threads: int) -> np.ndarray:

@@ -1,0 +1,114 @@
+"""What the last two states say of the new one, and how far that was wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydro.dynamics.lagrange.rows import add_difference, copy_row
+from hydro.fields import MX, MY, E, N, P, U, V
+from hydro.jit import kernel, part
+from hydro.mesh import GHOSTS
+
+
+@kernel(exact=True)
+def look_ahead(gas, periodic, now, last, ratio, ahead, base):
+    """Extrapolated n, u, v, p and the contribution of both states; False where n or T would leave its bounds.
+
+    Beyond a wall the extrapolated fields are flat; beyond a periodic side they are those of the other end.
+    """
+    nx = now.shape[1]
+    weight = ratio * ratio / (1.0 + 2.0 * ratio)
+    good = True
+    for i in range(nx):
+        k = i + GHOSTS
+        for q in range(4):
+            add_difference(now[q, i], last[q, i], weight, base[q, i])
+            add_difference(now[q, i], last[q, i], ratio, ahead[q, k])
+        outside = primitive_row(gas, ahead[N, k], ahead[U, k], ahead[V, k], ahead[P, k])
+        good = good and outside == 0
+    for q in range(4):
+        for ghost in range(GHOSTS):
+            below, above = (nx + ghost, GHOSTS + ghost) if periodic else (GHOSTS, nx + GHOSTS - 1)
+            copy_row(ahead[q, below], ahead[q, ghost])
+            copy_row(ahead[q, above], ahead[q, nx + GHOSTS + ghost])
+    return good
+
+
+@part(exact=True)
+def primitive_row(gas, density, momentum_x, momentum_y, energy):
+    """Turn conserved fields of a row into n, u, v, p; returns in how many cells n or T is out of bounds."""
+    outside, packed = 0, gas.packing_density()
+    for j in range(np.uint64(density.size)):
+        n = density[j]
+        over = 1.0 / n
+        u, v = momentum_x[j] * over, momentum_y[j] * over
+        T = energy[j] * over - 0.5 * (u * u + v * v)
+        momentum_x[j], momentum_y[j], energy[j] = u, v, gas.pressure(n, T)
+        outside += 0 if (n > 0.0) & (n < packed) & (T > 0.0) else 1
+    return outside
+
+
+@kernel(exact=True)
+def first_guess(gas, ahead, missed, share, pressure, temperature):
+    """A first guess of the unknowns: `ahead`, and `share` of what it missed the last time, at most half of itself."""
+    for i in range(pressure.shape[0]):
+        k = i + GHOSTS
+        density, foreseen, missed_P, missed_T = ahead[N, k], ahead[P, k], missed[0, i], missed[1, i]
+        P_row, T_row = pressure[i], temperature[i]
+        for j in range(np.uint64(P_row.size)):
+            p = foreseen[j]
+            t = gas.temperature(density[j], p)
+            P_row[j] = p + max(-0.5 * p, min(0.5 * p, share * missed_P[j]))
+            T_row[j] = t + max(-0.5 * t, min(0.5 * t, share * missed_T[j]))
+
+
+@kernel(exact=True)
+def extrapolation_error(gas, ahead, pressure, temperature, missed):
+    """What the extrapolation missed of the unknowns; to leading order the curvature in time."""
+    for i in range(pressure.shape[0]):
+        k = i + GHOSTS
+        density, foreseen, missed_P, missed_T = ahead[N, k], ahead[P, k], missed[0, i], missed[1, i]
+        P_row, T_row = pressure[i], temperature[i]
+        for j in range(np.uint64(P_row.size)):
+            missed_P[j] = P_row[j] - foreseen[j]
+            missed_T[j] = T_row[j] - gas.temperature(density[j], foreseen[j])
+
+
+@kernel
+def unforeseen_change(gas, geometry, state, ahead):
+    """Root mean square, over the box, of what the extrapolation (n, u, v, p) missed; infinite out of bounds.
+
+    Density and pressure relative, velocity against sound.
+    """
+    total, area = 0.0, 0.0
+    for i in range(state.shape[1]):
+        k, width = i + GHOSTS, geometry.scale[i] * geometry.dx[i]
+        missed, covered, outside = unforeseen_row(
+            gas, width, geometry.dy, state[N, i], state[MX, i], state[MY, i], state[E, i],
+            ahead[N, k], ahead[U, k], ahead[V, k], ahead[P, k],
+        )  # fmt: skip
+        if outside > 0:
+            return np.inf
+        total, area = total + missed, area + covered
+    return np.sqrt(total / area)
+
+
+@part
+def unforeseen_row(
+    gas, width, dy, density, momentum_x, momentum_y, energy, n_ahead, u_ahead, v_ahead, p_ahead
+):  # fmt: skip
+    """Of one row: the sum of squares, times areas, of what was missed; the area; how many cells are out of bounds."""
+    total, area, outside, packed = 0.0, 0.0, 0, gas.packing_density()
+    for j in range(np.uint64(dy.size)):
+        n = density[j]
+        over = 1.0 / n
+        u, v = momentum_x[j] * over, momentum_y[j] * over
+        T = energy[j] * over - 0.5 * (u * u + v * v)
+        p = gas.pressure(n, T)
+        over_c = 1.0 / gas.sound_speed_at_pressure(n, p)
+        in_n, in_p = n_ahead[j] * over - 1.0, p_ahead[j] / p - 1.0
+        in_u, in_v = (u_ahead[j] - u) * over_c, (v_ahead[j] - v) * over_c
+        total += width * dy[j] * (in_n * in_n + in_p * in_p + in_u * in_u + in_v * in_v)
+        area += width * dy[j]
+        outside += 0 if (n > 0.0) & (n < packed) & (T > 0.0) else 1
+    return total, area, outside

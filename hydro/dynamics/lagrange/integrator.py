@@ -1,0 +1,263 @@
+"""The steps of the implicit integrator."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hydro.accounts import COLLISIONS, WALL
+from hydro.dynamics import multigrid
+from hydro.dynamics.integrator import INTEGRATORS, Integrator, flow_accounts, flow_limits
+from hydro.dynamics.lagrange.balance import balance, find_closures
+from hydro.dynamics.lagrange.completion import complete
+from hydro.dynamics.lagrange.extrapolation import extrapolation_error, first_guess, look_ahead, unforeseen_change
+from hydro.dynamics.lagrange.jacobian import correct, find_jacobian
+from hydro.dynamics.lagrange.transport import carry, face_momenta, sweep_rate
+from hydro.dynamics.lagrange.workspace import Work
+from hydro.dynamics.limiters import LIMITERS
+from hydro.errors import StepRejected
+from hydro.fields import E, N, P, U, V
+from hydro.gas import Closure
+from hydro.mesh import Faces, Geometry, Mesh
+from hydro.state import State, worst_cell
+from hydro.terms import Term, Terms
+from hydro.terms.viscosity.implicit import SHARE
+from hydro.walls import Boundary
+from hydro.walls.boundary import REMEMBERED
+
+TOLERANCE = 3e-4  # when a deck gives none
+LONGER, SHORTER = 1.5, 0.3  # limits of a change of the step
+SAFETY = 0.9
+REJECTED = 2.0  # times the tolerance
+SOLVED = 1e-10  # largest relative error of pressure and temperature, by changes and contraction; or SHARE of the first
+SLOWEST = 0.99  # contraction of the iteration that this estimate reckons with; it takes the slowest in a step
+ITERATIONS = 40
+FIRST_STEP = 0.1  # of the time in which sound crosses a cell
+
+
+@INTEGRATORS.register("lagrange-remap")
+class LagrangeRemap(Integrator):
+    """Semi-implicit Lagrange-remap finite volumes, second order in time and space.
+
+    walls: the law of the driving wall at x = 1, or `Walls`. terms: beside flow and heat; see `hydro.terms`. cfl:
+    largest share of a cell that a face may sweep in a step. tolerance: largest root mean square change, relative, of
+    density and pressure (and of the velocity, against sound) that the last two states do not foresee. State and work
+    space take 590 bytes per cell. ValueError for a mesh of a single cell in a direction.
+    """
+
+    remembered: ClassVar = {
+        "last": ("fields at the step before: density, momentum along x and y, energy", "n_c, n_c T_*^(1/2), n_c T_*"),
+        "momentum_x": ("momentum density of faces in x, now and at the step before", "n_c T_*^(1/2)"),
+        "momentum_y": ("momentum density of faces in y, now and at the step before", "n_c T_*^(1/2)"),
+        "velocity_x": ("velocity of faces in x, extrapolated", "T_*^(1/2)"),
+        "velocity_y": ("velocity of faces in y, extrapolated", "T_*^(1/2)"),
+        "missed": ("what the last extrapolation missed of pressure and temperature", "n_c T_*, T_*"),
+        "span": ("product of the steps of that extrapolation", "L_x^2/T_*"),
+        "steps": ("the last step, and the largest that the error allows for the next", "L_x/T_*^(1/2)"),
+        "exchange": ("energies exchanged in the last step, in the order of the ledger", "n_c T_* L_x^2"),
+        **REMEMBERED,
+    }
+
+    def __init__(
+        self,
+        gas: Closure,
+        walls: Any,
+        mesh: Mesh,
+        terms: Iterable[Term] = (),
+        cfl: float = 0.8,
+        limiter: str = "van_leer",
+        tolerance: float = TOLERANCE,
+    ):
+        if min(mesh.cells) < 2:
+            raise ValueError(f"{mesh.cells} cells: two or more are needed in both directions")
+        self.gas, self.mesh, self.terms, self.cfl, self.tolerance = gas, mesh, Terms(terms), cfl, tolerance
+        self.accounts, self.step_limits = flow_accounts(self.terms), flow_limits(self.terms)
+        self.limiter, self.boundary = LIMITERS[limiter], Boundary(gas, walls, mesh)
+        self._geometry, self._work = Geometry.of(mesh), Work.of(mesh)
+        self._stresses = self.terms.stresses(gas, self.boundary, mesh)
+        self._hierarchy = multigrid.Hierarchy(mesh)
+        self._last = np.zeros((4, *mesh.cells))  # the state before
+        self._momentum, self._momentum_before, self._pushed = (Faces.of(mesh) for _ in range(3))
+        self._velocity = Faces.of(mesh)  # extrapolated to the new time
+        self._next = np.zeros((4, *mesh.cells))
+        self._unknowns = np.zeros((2, *mesh.cells))  # pressure, temperature
+        self._missed = np.zeros((2, *mesh.cells))  # what the last extrapolation missed of the unknowns
+        self._span = np.zeros(1)  # of that extrapolation: the product of steps that what it misses is proportional to
+        self._steps = np.zeros(2)  # the last one, and the largest that the error allows next; zero at the start
+        self._exchange = np.zeros(len(self.accounts))  # in the last step
+        self.iterations = 0
+
+    def limits(self, state: State) -> dict[str, float]:
+        """What the remap and the error of the last step allow; for the first step, a share of the time of sound."""
+        last, allowed = self._steps
+        if last == 0.0:
+            c = self.gas.sound_speed(state.density, state.temperature)
+            width = np.minimum(self.mesh.dx[:, None], self.mesh.dy[None, :])
+            return {"sound": FIRST_STEP * float(np.min(width / (c + state.speed))), **self.terms.limits(state)}
+        swept = sweep_rate(self._velocity, self.mesh.dx, self.mesh.dy)
+        remap = self.cfl / swept if swept > 0.0 else math.inf
+        return {"remap": remap, "error": float(allowed), **self.terms.limits(state)}
+
+    def step(self, state: State, dt: float) -> dict[str, float]:
+        """Advance `state` in place by `dt`; StepRejected leaves it untouched."""
+        ratio = self._extrapolate(state, dt)
+        h, drag = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio), self.terms.drag_rate
+        work, (P, T) = self._work, self._unknowns
+        carry(
+            self.gas,
+            self.limiter,
+            self._geometry,
+            self._momentum,
+            self._momentum_before,
+            ratio,
+            h,
+            self._velocity,
+            work,
+        )
+        powers = self._add_terms(state.time + dt, h)
+        self._shear(state.pressure, h, drag)
+        span = dt * (dt + self._steps[0]) if ratio > 0.0 else 0.0
+        first_guess(self.gas, work.ahead, self._missed, span / self._span[0] if self._span[0] > 0.0 else 0.0, P, T)
+        self._solve(h, drag)
+        powers[WALL.name] = self._find_heat()
+        powers[COLLISIONS.name], dragged = complete(
+            self._geometry, self.boundary.sides, P, T, h, drag, powers[WALL.name], work, self._next, self._pushed
+        )
+        powers.update(self.terms.drag_losses(dragged))
+        error = unforeseen_change(self.gas, self._geometry, self._next, work.ahead)
+        self._judge(error, dt, State(self.gas, self.mesh, self._next))
+        self._span[0] = span
+        extrapolation_error(self.gas, work.ahead, P, T, self._missed)
+        self._last[:] = state.conserved
+        self._momentum_before, self._momentum, self._pushed = self._momentum, self._pushed, self._momentum_before
+        state.conserved[:] = self._next
+        state.time += dt
+        return self._book(powers, ratio, h)
+
+    def _extrapolate(self, state: State, dt: float) -> float:
+        """Look ahead from the last two states, or from the last one; returns the ratio of the steps, zero for one."""
+        now = state.conserved
+        ratio = dt / self._steps[0] if self._steps[0] > 0.0 else 0.0
+        if ratio == 0.0:
+            face_momenta(self._geometry, now, self._momentum)
+        for choice in (ratio, 0.0):
+            periodic = self.mesh.periodic[0]
+            if look_ahead(self.gas, periodic, now, self._last, choice, self._work.ahead, self._work.base):
+                return choice
+        raise StepRejected(worst_cell(state))
+
+    def _add_terms(self, time: float, h: float) -> Counter:
+        """Sources and forces over `h`, into what the balances start from; returns their powers by account."""
+        work, powers = self._work, Counter(dict.fromkeys((account.name for account in self.accounts), 0.0))
+        given = [*self.terms.rates(time, self.mesh), *self._force_rates(time)]
+        for name, rates in given:
+            on_faces = self._pushed
+            face_momenta(self._geometry, rates, on_faces)
+            work.base[N] += h * rates[N]
+            work.base[E] += h * rates[E]
+            work.momentum.x[:] += h * on_faces.x
+            work.momentum.y[:] += h * on_faces.y
+            powers[name] += self.mesh.integral(rates[E])
+        return powers
+
+    def _force_rates(self, time: float) -> list[tuple[str, np.ndarray]]:
+        """The rates of the conserved fields that forces make in the extrapolated state, each (4, nx, ny)."""
+        n, u, v, p = (self._work.foreseen(field) for field in (N, U, V, P))
+        if not self.terms.forcing:
+            return []
+        ahead = State.of(self.gas, self.mesh, n, self.gas.temperature(n, p), (u, v), time)
+        return [
+            (name, np.array([np.zeros_like(n), n * force[0], n * force[1], n * (u * force[0] + v * force[1])]))
+            for name, force in self.terms.forces(time, ahead)
+        ]
+
+    def _shear(self, pressure: np.ndarray, h: float, drag: float) -> None:
+        """Stresses over `h`, into what the balances start from; `pressure` is that of the last state.
+
+        Velocities are found under a pressure halfway to the extrapolated one: closer to the new one than that of the
+        last state, while sound on the grid still dies; all of the extrapolation would let it swing for long.
+        """
+        work = self._work
+        for stress in self._stresses:
+            halfway = 0.5 * (pressure + work.foreseen(P))
+            stress.implicit(
+                self._velocity, work.foreseen(N), work.foreseen(P), halfway, h, drag, work.momentum, work.base[E]
+            )
+
+    def _find_heat(self) -> float:
+        """Closures and the heat of the walls for the unknowns; returns the power of the walls."""
+        pressure, temperature = self._unknowns
+        find_closures(self.gas, pressure, temperature, self._work)
+        return self.boundary.give_heat(*self._beside_walls())
+
+    def _beside_walls(self) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Densities and temperatures of the unknowns beside the walls that give heat."""
+        return self.boundary.beside(self._work.density), self.boundary.beside(self._unknowns[1])
+
+    def _solve(self, h: float, drag: float) -> None:
+        """Pressure and temperature of the new state, from a first guess."""
+        work, finest, geometry, sides = self._work, self._hierarchy.levels[0], self._geometry, self.boundary.sides
+        P, T = self._unknowns
+        change, rate, enough = math.inf, 0.0, SOLVED
+        for iteration in range(ITERATIONS):
+            self._find_heat()
+            balance(geometry, sides, P, T, h, drag, work, finest.right)
+            if iteration == 0:
+                self.boundary.give_slopes(*self._beside_walls())
+                find_jacobian(self.gas, geometry, sides, T, h, drag, work, *finest.equations())
+                self._hierarchy.prepare()
+            self._hierarchy.cycle()
+            before, change = change, correct(finest.unknowns, P, T)
+            self.iterations += 1
+            if iteration == 0:
+                enough = max(SOLVED, SHARE * change)
+            rate = min(max(rate, change / before), SLOWEST)
+            if change == 0.0 or (iteration > 0 and change * rate / (1.0 - rate) < enough):
+                return
+        raise StepRejected(f"the implicit stage does not converge: last change {change:.2g}")
+
+    def _judge(self, error: float, dt: float, trial: State) -> None:
+        """Choose the next step; StepRejected if this one changed more than foreseen, or left the bounds."""
+        if not error < math.inf:
+            raise StepRejected(worst_cell(trial))
+        factor = SAFETY * math.sqrt(self.tolerance / max(error, 1e-300))
+        if error > REJECTED * self.tolerance and self._steps[0] > 0.0:
+            raise StepRejected(f"the change not foreseen is {error:.2g}, the tolerance {self.tolerance:.2g}")
+        self._steps[:] = dt, dt * min(max(factor, SHORTER), LONGER)
+
+    def _book(self, powers: Counter, ratio: float, h: float) -> dict[str, float]:
+        """Energies exchanged: the backward difference passes a share of the last step's on."""
+        share = ratio**2 / (1.0 + 2.0 * ratio)
+        self._exchange *= share
+        self._exchange += h * np.array([powers[account.name] for account in self.accounts])
+        return {account.name: float(energy) for account, energy in zip(self.accounts, self._exchange, strict=True)}
+
+    def memory(self) -> dict[str, np.ndarray]:
+        """Copies of what `remembered` names."""
+        now, before = self._momentum, self._momentum_before
+        kept = {
+            "last": self._last,
+            "momentum_x": np.array([now.x, before.x]),
+            "momentum_y": np.array([now.y, before.y]),
+            "velocity_x": self._velocity.x,
+            "velocity_y": self._velocity.y,
+            "missed": self._missed,
+            "span": self._span,
+            "steps": self._steps,
+            "exchange": self._exchange,
+        }
+        return {name: values.copy() for name, values in kept.items()} | self.boundary.temperatures()
+
+    def remember(self, memory: dict[str, np.ndarray]) -> None:
+        """Take back what `memory` gave."""
+        self._last[:] = memory["last"]
+        self._momentum.x[:], self._momentum_before.x[:] = memory["momentum_x"]
+        self._momentum.y[:], self._momentum_before.y[:] = memory["momentum_y"]
+        self._velocity.x[:], self._velocity.y[:] = memory["velocity_x"], memory["velocity_y"]
+        self._missed[:], self._span[:] = memory["missed"], memory["span"]
+        self._steps[:], self._exchange[:] = memory["steps"], memory["exchange"]
+        self.boundary.take_temperatures(memory)

@@ -1,0 +1,132 @@
+"""Derivatives of the balances, for `multigrid`: local terms, couplings across faces, stencils."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydro.dynamics import multigrid
+from hydro.dynamics.lagrange.workspace import ENERGY, MASS
+from hydro.gas.conduction import conducted_slope, face_conductance
+from hydro.jit import kernel, part
+from hydro.walls.boundary import HEAT_N, HEAT_T, HIGH, LOW
+
+ZERO, ONE = np.uint64(0), np.uint64(1)
+
+
+@kernel(exact=True)
+def find_jacobian(gas, geometry, sides, T, h, drag, work, local, faces_x, faces_y, stencil):
+    """Local terms, couplings and stencils of the balances, after `balance` and the walls' slopes."""
+    nx = T.shape[0]
+    push = h * h / (1.0 + h * drag)
+    for i in range(nx):
+        local_row(
+            gas, work.density[i], T[i], geometry.scale[i] * geometry.dx[i], geometry.dy, h, local[i, 0], local[i, 1],
+            local[i, 2], local[i, 3], work.kappa_slopes[0, i], work.kappa_slopes[1, i],
+        )  # fmt: skip
+    couple_sides(gas, geometry, sides, T, h, work, local)
+    for i in range(nx):
+        couple_across(
+            T[i - 1], T[i], work.kappa[i - 1], work.kappa[i], work.kappa_slopes[0, i - 1], work.kappa_slopes[0, i],
+            work.kappa_slopes[1, i - 1], work.kappa_slopes[1, i], work.carried_x[MASS, i], work.carried_x[ENERGY, i],
+            geometry.aperture_x[geometry.pattern_x[i]], push * geometry.inverse_x[i],
+            h * geometry.inverse_x[i] * geometry.scale_x[i], geometry.dy, faces_x, i,
+        )  # fmt: skip
+        couple_along(geometry, T[i], work, push, h, faces_y, i)
+        if i > 0:
+            multigrid.build_row(local, faces_x, faces_y, i - 1, stencil)
+    multigrid.build_row(local, faces_x, faces_y, nx - 1, stencil)
+
+
+@part(exact=True)
+def local_row(gas, density, T, width, dy, h, l11, l12, l21, l22, kappa_P, kappa_T):
+    """Local terms of one row of cells, and the slopes of its conductivities in P and in T."""
+    for j in range(np.uint64(density.size)):
+        area, n, here = width * dy[j], density[j], T[j]
+        n_P, n_T = gas.density_slopes(n, here)
+        i_n, i_T = gas.cooling_slopes(n, here)
+        k_n, k_T = gas.conductivity_slopes(n, here)
+        l11[j], l12[j] = area * n_P, area * n_T
+        l21[j] = area * (n_P * here + h * i_n * n_P)
+        l22[j] = area * (n + n_T * here + h * (i_n * n_T + i_T))
+        kappa_P[j], kappa_T[j] = k_n * n_P, k_T + k_n * n_T
+
+
+@part(exact=True)
+def couple_sides(gas, geometry, sides, T, h, work, local):
+    """The slopes of the walls' heat, into the local terms of the cells beside them."""
+    nx, ny = T.shape
+    for end, i, face in ((LOW, 0, 0), (HIGH, nx - 1, nx)):
+        for j in range(ny):
+            length = geometry.scale_x[face] * geometry.dy[j]
+            couple_side(gas, work.density[i, j], T[i, j], h * length, sides.x[end], j, local, i, j)
+    for end, j in ((LOW, 0), (HIGH, ny - 1)):
+        for i in range(nx):
+            couple_side(gas, work.density[i, j], T[i, j], h * geometry.dx[i], sides.y[end], i, local, i, j)
+
+
+@part(exact=True)
+def couple_side(gas, n, T, share, side, k, local, i, j):
+    """The same of one face; k is its place along the side."""
+    n_P, n_T = gas.density_slopes(n, T)
+    local[i, 2, j] -= share * side[HEAT_N, k] * n_P
+    local[i, 3, j] -= share * (side[HEAT_T, k] + side[HEAT_N, k] * n_T)
+
+
+@part(exact=True)
+def couple_across(
+    Ta, Tb, ka, kb, ka_P, kb_P, ka_T, kb_T, mass_along, energy_along, aperture, push, weight, dy, faces, i
+):  # fmt: skip
+    """Couplings across the faces in x between two rows of cells, by their fields, for vector instructions."""
+    mass, energy_p, energy_t = faces[i, multigrid.MASS], faces[i, multigrid.ENERGY_P], faces[i, multigrid.ENERGY_T]
+    drift_pa, drift_pb = faces[i, multigrid.DRIFT_PA], faces[i, multigrid.DRIFT_PB]
+    drift_ta, drift_tb = faces[i, multigrid.DRIFT_TA], faces[i, multigrid.DRIFT_TB]
+    for j in range(np.uint64(Ta.size)):
+        mass[j], energy_p[j] = push * mass_along[j], push * energy_along[j]
+        share = weight * dy[j] * aperture[j]
+        lever = conducted_slope(share, Ta[j], Tb[j])
+        energy_t[j] = face_conductance(share, ka[j], kb[j])
+        drift_pa[j], drift_pb[j] = lever * ka_P[j], lever * kb_P[j]
+        drift_ta[j], drift_tb[j] = lever * ka_T[j], lever * kb_T[j]
+
+
+@part(exact=True)
+def couple_along(geometry, T, work, push, h, faces, i):
+    """Couplings across the faces in y of row i."""
+    mass, energy_p, energy_t = faces[i, multigrid.MASS], faces[i, multigrid.ENERGY_P], faces[i, multigrid.ENERGY_T]
+    drift_pa, drift_pb = faces[i, multigrid.DRIFT_PA], faces[i, multigrid.DRIFT_PB]
+    drift_ta, drift_tb = faces[i, multigrid.DRIFT_TA], faces[i, multigrid.DRIFT_TB]
+    kappa, kappa_P, kappa_T = work.kappa[i], work.kappa_slopes[0, i], work.kappa_slopes[1, i]
+    mass_along, energy_along = work.carried_y[MASS, i], work.carried_y[ENERGY, i]
+    over_scale, aperture = 1.0 / geometry.scale[i], geometry.aperture_y[geometry.pattern_y[i]]
+    inverse, width, last = geometry.inverse_y, h * geometry.dx[i] * over_scale, np.uint64(T.size) - ONE
+    for j in range(last + ONE):
+        k = j - ONE if j > ZERO else last
+        near = push * (inverse[j] * over_scale)
+        mass[j], energy_p[j] = near * mass_along[j], near * energy_along[j]
+        share = width * inverse[j] * aperture[j]
+        lever = conducted_slope(share, T[k], T[j])
+        energy_t[j] = face_conductance(share, kappa[k], kappa[j])
+        drift_pa[j], drift_pb[j] = lever * kappa_P[k], lever * kappa_P[j]
+        drift_ta[j], drift_tb[j] = lever * kappa_T[k], lever * kappa_T[j]
+
+
+@kernel(exact=True)
+def correct(change, P, T):
+    """Change the unknowns by what the cycle suggests, (nx, 2, ny + 2); returns its largest relative change.
+
+    No unknown changes by more than half.
+    """
+    largest = 0.0
+    for i in range(P.shape[0]):
+        for q, unknown in enumerate((P, T)):
+            wanted, values = change[i, q], unknown[i]
+            for j in range(np.uint64(values.size)):
+                size = abs(wanted[j + ONE] / values[j])
+                largest = largest if size <= largest else size
+    share = min(1.0, 0.5 / largest) if largest > 0.0 else 1.0
+    for i in range(P.shape[0]):
+        for q, unknown in enumerate((P, T)):
+            wanted, values = change[i, q], unknown[i]
+            for j in range(np.uint64(values.size)):
+                values[j] += share * wanted[j + ONE]
+    return largest

@@ -1,0 +1,60 @@
+"""What a term of the equations says of itself."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+
+from hydro.accounts import Account
+from hydro.gas import Closure
+from hydro.mesh import Faces, Mesh
+from hydro.state import State
+from hydro.walls import Boundary
+
+
+class Stress(Protocol):
+    """Stresses in a gas on a mesh, and the heat of them, as both kinds of integrator let them act."""
+
+    def advance(self, state: np.ndarray, dt: float) -> None:
+        """Let them act on the conserved `state` (4, nx, ny) for `dt`, at frozen density."""
+
+    def implicit(
+        self, velocity: Faces, density: np.ndarray, pressure: np.ndarray, pushing: np.ndarray, h: float, drag: float,
+        momentum: Faces, energy: np.ndarray,
+    ) -> None:  # fmt: skip
+        """Let them act, implicitly, on the `momentum` of faces and the `energy` of cells over `h`; StepRejected.
+
+        velocity: a first guess. density, pressure: extrapolated, (nx, ny). pushing: the pressure under which velocities
+        are found. drag: its rate. momentum: before pressure and drag act.
+        """
+
+
+class Term:
+    """A term beside the flow of the gas and its heat. What a term does not say does not act.
+
+    account: the entry of the ledger under which its energy is booked; None where it exchanges none.
+    """
+
+    account: Account | None = None
+
+    def drag_rate(self) -> float:
+        """The rate at which it slows the flow down, per scaled time; constant."""
+        return 0.0
+
+    def acceleration(self, time: float, state: State) -> np.ndarray | None:
+        """Its force per mass on the gas, shape (2, nx, ny) for x and y, scaled."""
+        return None
+
+    def rates(self, time: float, mesh: Mesh) -> np.ndarray | None:
+        """What it adds to the rates of the conserved fields, shape (4, nx, ny), scaled."""
+        return None
+
+    def stress(self, gas: Closure, boundary: Boundary, mesh: Mesh) -> Stress | None:
+        """Its stresses, for a gas between walls on a mesh."""
+        return None
+
+    def largest_step(self, state: State) -> float:
+        """The longest step that it allows."""
+        return math.inf

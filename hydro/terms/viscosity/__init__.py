@@ -1,0 +1,57 @@
+"""Viscosity of the gas: shear and bulk, a multiple of what the closure gives."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hydro.errors import StepRejected
+from hydro.gas import Closure
+from hydro.mesh import Faces, Geometry, Mesh
+from hydro.terms.term import Term
+from hydro.terms.viscosity import explicit, implicit
+from hydro.terms.viscosity.stress import Viscous
+from hydro.walls import Boundary
+from hydro.walls.boundary import conducts
+
+
+class Viscosity(Term):
+    """factor: over the viscosities of the closure. No energy comes or goes: what the flow loses is heat."""
+
+    def __init__(self, factor: float = 1.0):
+        self.factor = factor
+
+    def stress(self, gas: Closure, boundary: Boundary, mesh: Mesh) -> ViscousStress | None:
+        return ViscousStress(gas, self.factor, boundary, mesh) if self.factor > 0.0 and conducts(gas) else None
+
+
+class ViscousStress:
+    """Viscous stress of a gas on a mesh; some 230 bytes of work space per cell."""
+
+    def __init__(self, gas: Closure, factor: float, boundary: Boundary, mesh: Mesh):
+        self.gas, self.factor, self.sides, self.mesh = gas, factor, boundary.sides, mesh
+        self.geometry, self._viscous, self._velocity = Geometry.of(mesh), Viscous.of(mesh), Faces.of(mesh)
+        self._stages: explicit.Stages | None = None
+        self._gradients: implicit.Gradients | None = None
+        self.iterations = 0  # of all implicit steps so far
+
+    def advance(self, state: np.ndarray, dt: float) -> None:
+        """Viscous flow of the conserved `state` (4, nx, ny) for `dt`, at frozen density."""
+        self._stages = self._stages or explicit.Stages.of(self.mesh)
+        explicit.advance(
+            self.gas, self.factor, self.geometry, self.sides, self._viscous, self._velocity, self._stages, state, dt
+        )
+
+    def implicit(
+        self, velocity: Faces, density: np.ndarray, pressure: np.ndarray, pushing: np.ndarray, h: float, drag: float,
+        momentum: Faces, energy: np.ndarray,
+    ) -> None:  # fmt: skip
+        """Viscosity over `h`, into `momentum` and `energy`; see `implicit.implicit_velocities`. StepRejected."""
+        self._gradients = self._gradients or implicit.Gradients.of(self.mesh)
+        self._velocity.x[:], self._velocity.y[:] = velocity
+        iterations = implicit.implicit_velocities(
+            self.gas, self.factor, self.geometry, self.sides, self._viscous, self._gradients, self._velocity,
+            density, pressure, pushing, h, drag, momentum, energy,
+        )  # fmt: skip
+        self.iterations += iterations
+        if iterations == implicit.ITERATIONS:
+            raise StepRejected(f"the viscous velocities do not converge in {iterations} iterations")
