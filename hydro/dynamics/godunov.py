@@ -10,15 +10,16 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numba
 import numpy as np
 from numba import prange
 
+from hydro.accounts import COLLISIONS, FRICTION, SOURCE, WALL
 from hydro.dynamics import hancock, heat
 from hydro.dynamics import viscosity as viscous_flow
-from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, Source, StepRejected
+from hydro.dynamics.integrator import FLOW_LIMITS, INTEGRATORS, Integrator, Source, StepRejected
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
@@ -50,6 +51,10 @@ class Godunov(Integrator):
     and work space take 176 bytes per cell, 208 more with viscosity. ValueError for a mesh of a single cell between
     walls.
     """
+
+    accounts = (WALL, COLLISIONS, FRICTION, SOURCE)
+    step_limits = FLOW_LIMITS
+    remembered: ClassVar = {"wall_temperature": ("temperature of the driving wall, first guess of the next", "T_*")}
 
     def __init__(
         self,
@@ -84,7 +89,7 @@ class Godunov(Integrator):
             signal_rates(self.gas, state.conserved, self.mesh.dx, self.mesh.dy, self._half[0], self._rates)
         return {"sound": self.cfl / float(self._rates.max())}
 
-    def step(self, state: State, dt: float) -> Exchange:
+    def step(self, state: State, dt: float) -> dict[str, float]:
         """Advance `state` in place by `dt`; StepRejected, if n or T would leave its bounds, leaves it untouched."""
         guess = self._heat.wall_temperature.copy()
         source = None if self.source is None else self.source(state.time + 0.5 * dt, self.mesh)
@@ -105,7 +110,8 @@ class Godunov(Integrator):
             raise StepRejected(self._reason(wall, dt))
         state.conserved[:] = after
         state.time += dt
-        return Exchange(wall, collisions, friction, 0.0 if source is None else dt * self.mesh.integral(source[3]))
+        given = 0.0 if source is None else dt * self.mesh.integral(source[3])
+        return {"wall": wall, "collisions": collisions, "friction": friction, "source": given}
 
     def _reason(self, wall: float, dt: float) -> str:
         """Why a step is rejected: where heat is too fast, or which cell would be inadmissible."""

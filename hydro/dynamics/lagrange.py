@@ -28,13 +28,14 @@ that is its own mirror image in y stays so. Only sums over the box are not.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from hydro.accounts import COLLISIONS, FRICTION, SOURCE, WALL
 from hydro.dynamics import multigrid
 from hydro.dynamics import viscosity as viscous_flow
-from hydro.dynamics.integrator import INTEGRATORS, Exchange, Integrator, Source, StepRejected
+from hydro.dynamics.integrator import FLOW_LIMITS, INTEGRATORS, Integrator, Source, StepRejected
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.viscosity import SHARE
 from hydro.gas import Closure
@@ -102,6 +103,19 @@ class LagrangeRemap(Integrator):
     cell, 208 more with viscosity. ValueError for a mesh of a single cell in a direction.
     """
 
+    accounts = (WALL, COLLISIONS, FRICTION, SOURCE)
+    step_limits = FLOW_LIMITS
+    remembered: ClassVar = {
+        "last": ("fields at the step before: density, momentum along x and y, energy", "n_c, n_c T_*^(1/2), n_c T_*"),
+        "momentum": ("momentum density of faces in x and y, now and at the step before", "n_c T_*^(1/2)"),
+        "velocity": ("velocity of faces in x and y, extrapolated", "T_*^(1/2)"),
+        "missed": ("what the last extrapolation missed of pressure and temperature", "n_c T_*, T_*"),
+        "span": ("product of the steps of that extrapolation", "L_x^2/T_*"),
+        "steps": ("the last step, and the largest that the error allows for the next", "L_x/T_*^(1/2)"),
+        "exchange": ("energies booked in the last step, in the order of the accounts", "n_c T_* L_x^2"),
+        "wall_temperature": ("temperature of the driving wall, first guess of the next", "T_*"),
+    }
+
     def __init__(
         self,
         gas: Closure,
@@ -137,7 +151,7 @@ class LagrangeRemap(Integrator):
         self._missed = np.zeros((2, nx, ny))  # what the last extrapolation missed of the unknowns
         self._span = np.zeros(1)  # of that extrapolation: the product of steps that what it misses is proportional to
         self._steps = np.zeros(2)  # the last one, and the largest that the error allows next; zero at the start
-        self._exchange = np.zeros(4)  # in the last step
+        self._exchange = np.zeros(len(self.accounts))  # in the last step
         self.iterations = self.viscous_iterations = 0
 
     def limits(self, state: State) -> dict[str, float]:
@@ -150,7 +164,7 @@ class LagrangeRemap(Integrator):
         swept = sweep_rate(self._velocity, self.mesh.dx, self.mesh.dy)
         return {"remap": self.cfl / swept if swept > 0.0 else math.inf, "error": float(allowed)}
 
-    def step(self, state: State, dt: float) -> Exchange:
+    def step(self, state: State, dt: float) -> dict[str, float]:
         """Advance `state` in place by `dt`; StepRejected leaves it untouched."""
         ratio = dt / self._steps[0] if self._steps[0] > 0.0 else 0.0
         if ratio == 0.0:
@@ -245,12 +259,13 @@ class LagrangeRemap(Integrator):
             raise StepRejected(f"the change not foreseen is {error:.2g}, the tolerance {self.tolerance:.2g}")
         self._steps[:] = dt, dt * min(max(factor, SHORTER), LONGER)
 
-    def _book(self, totals: np.ndarray, ratio: float, h: float) -> Exchange:
-        """Energies exchanged: the backward difference passes a share of the last step's on."""
+    def _book(self, totals: np.ndarray, ratio: float, h: float) -> dict[str, float]:
+        """Energies by account: the backward difference passes a share of the last step's on."""
         share = ratio**2 / (1.0 + 2.0 * ratio)
         self._exchange *= share
         self._exchange += h * totals
-        return Exchange(*self._exchange.tolist())
+        names = (account.name for account in self.accounts)
+        return dict(zip(names, self._exchange.tolist(), strict=True))
 
     def memory(self) -> dict[str, np.ndarray]:
         """The state before, momenta of the faces, what was missed, steps, the last exchange, the wall's temperature."""

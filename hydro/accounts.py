@@ -1,0 +1,27 @@
+"""Accounts: the names under which a run books the energy that comes and goes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+ENERGY = "n_c T_* L_x^2"  # unit of the books
+
+
+class Account(NamedTuple):
+    """An entry of the energy ledger. What takes energy from the gas, or gives it some, declares one.
+
+    name: column of the history, key of the summary. sign: 1 for energy that the gas is given, -1 for what it loses;
+    amounts are positive either way. drives: whether the residual of the books is told relative to this account.
+    """
+
+    name: str
+    sign: int
+    long_name: str
+    unit: str = ENERGY
+    drives: bool = False
+
+
+WALL = Account("wall", 1, "energy from the driving wall", drives=True)
+COLLISIONS = Account("collisions", -1, "energy lost in collisions")
+FRICTION = Account("friction", -1, "energy of the flow lost by rolling friction")
+SOURCE = Account("source", 1, "energy from added sources")
