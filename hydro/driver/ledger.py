@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from hydro.dynamics.integrator import Exchange
+from hydro.accounts import ENERGY, Account
+
+START = {
+    "initial_energy": ("energy at the start", ENERGY),
+    "initial_mass": ("mass at the start", "n_c L_x^2"),
+}
+# What a balance has beside the accounts.
+BALANCE = {
+    "change": ("change of the energy of the gas", ENERGY),
+    "residual": ("what does not add up, over the wall's input", "1"),
+}
 
 
 @dataclass
@@ -27,36 +38,44 @@ class CompensatedSum:
 
 @dataclass
 class Ledger:
-    """Energy given by the wall and by added sources, lost in collisions and by friction, since the start."""
+    """What each account has been given since the start."""
 
+    accounts: tuple[Account, ...]
     initial_energy: float
     initial_mass: float
     sums: dict[str, CompensatedSum] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.sums = {name: CompensatedSum() for name in Exchange._fields}
+        self.sums = {account.name: CompensatedSum() for account in self.accounts}
 
     @classmethod
-    def of(cls, entries: dict[str, tuple[float, float]]) -> Ledger:
+    def of(cls, accounts: tuple[Account, ...], entries: Mapping[str, tuple[float, float]]) -> Ledger:
         """The books whose `entries` these are; KeyError if one is missing."""
-        books = cls(entries["initial_energy"][0], entries["initial_mass"][0])
+        books = cls(accounts, entries["initial_energy"][0], entries["initial_mass"][0])
         books.sums = {name: CompensatedSum(*entries[name]) for name in books.sums}
         return books
 
-    def book(self, exchange: Exchange) -> None:
-        """Enter one step."""
-        for name, amount in zip(exchange._fields, exchange, strict=True):
+    @property
+    def words(self) -> dict[str, tuple[str, str]]:
+        """Long name and unit of each of the `entries`."""
+        return START | {account.name: (account.long_name, account.unit) for account in self.accounts}
+
+    def book(self, amounts: Mapping[str, float]) -> None:
+        """Enter one step; KeyError for an account that nobody declared."""
+        for name, amount in amounts.items():
             self.sums[name].add(amount)
 
     def balance(self, energy: float) -> dict[str, float]:
-        """The entries, the change of energy, and what does not add up, relative to the wall's input.
+        """The entries, the change of energy, and what does not add up, relative to what drives the gas.
 
-        Where the wall gives nothing, relative to the initial energy.
+        Where that gives nothing, relative to the initial energy.
         """
         entries = {name: kept.value for name, kept in self.sums.items()}
-        change = energy - self.initial_energy
-        gained = entries["wall"] + entries["source"] - entries["collisions"] - entries["friction"]
-        scale = entries["wall"] if entries["wall"] > 0.0 else self.initial_energy
+        change, gained, driven = energy - self.initial_energy, 0.0, 0.0
+        for account in sorted(self.accounts, key=lambda account: -account.sign):  # what comes in, then what goes out
+            gained += account.sign * entries[account.name]
+            driven += entries[account.name] if account.drives else 0.0
+        scale = driven if driven > 0.0 else self.initial_energy
         return {**entries, "change": change, "residual": (gained - change) / scale}
 
     def entries(self) -> dict[str, tuple[float, float]]:

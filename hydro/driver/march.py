@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from hydro.driver.ledger import Ledger
-from hydro.dynamics.integrator import STEP_LIMITS, Integrator, StepRejected
+from hydro.dynamics.integrator import Integrator, StepRejected
 from hydro.errors import RunFailed
 from hydro.output.checkpoint import Checkpoint
 from hydro.state import State
 
 HALVINGS = 12  # of a rejected step, before the run gives up
-SET_BY = (*STEP_LIMITS, "dt_max", "rejection", "output")  # what sets a step; output: a time that it must end at
+# What sets a step beside the limits of the integrator; output: a time that it must end at.
+SET_BY = ("dt_max", "rejection", "output")
 
 
 @dataclass
@@ -30,13 +31,14 @@ class Run:
     rejected: int = 0
     dt: float = 0.0
     dt_limit: float = math.inf  # after a rejection; doubles with each accepted step
-    set_by: dict[str, int] = field(default_factory=lambda: dict.fromkeys(SET_BY, 0))  # numbers of steps
+    set_by: dict[str, int] = field(init=False)  # numbers of steps by what set them
     ledger: Ledger = field(init=False)
     started: float = field(default_factory=time.perf_counter)
     seconds_before: float = 0.0  # that the run took until it was interrupted
 
     def __post_init__(self) -> None:
-        self.ledger = Ledger(self.state.energy, self.state.mass)
+        self.set_by = dict.fromkeys((*self.integrator.step_limits, *SET_BY), 0)
+        self.ledger = Ledger(self.integrator.accounts, self.state.energy, self.state.mass)
 
     @property
     def wall_seconds(self) -> float:
@@ -54,6 +56,7 @@ class Run:
             set_by=self.set_by,
             ledger=self.ledger.entries(),
             memory=self.integrator.memory(),
+            words={"ledger": self.ledger.words, "integrator": dict(self.integrator.remembered)},
         )  # fmt: skip
 
     def restore(self, saved: Checkpoint) -> None:
@@ -61,7 +64,7 @@ class Run:
         self.steps, self.rejected, self.dt, self.dt_limit = saved.steps, saved.rejected, saved.dt, saved.dt_limit
         self.set_by.update(saved.set_by)
         self.seconds_before = saved.wall_seconds
-        self.ledger = Ledger.of(saved.ledger)
+        self.ledger = Ledger.of(self.integrator.accounts, saved.ledger)
         self.integrator.remember(saved.memory)
 
 
@@ -98,13 +101,13 @@ def advance(run: Run, stop: float) -> None:
             break
         lands = run.state.time + dt >= stop
         try:
-            exchange = run.integrator.step(run.state, dt)
+            amounts = run.integrator.step(run.state, dt)
         except StepRejected as rejection:
             run.rejected, dt, reason = run.rejected + 1, 0.5 * dt, str(rejection)
             run.dt_limit, set_by = dt, "rejection"
             continue
         run.state.time = stop if lands else run.state.time
-        run.ledger.book(exchange)
+        run.ledger.book(amounts)
         run.set_by[set_by] += 1
         run.steps, run.dt, run.dt_limit = run.steps + 1, dt, 2.0 * run.dt_limit
         return

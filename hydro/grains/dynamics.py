@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -81,6 +81,25 @@ class Dynamics:
         own = np.empty((self.number, len(names)), columns[0].dtype)
         own[self._order] = np.stack(columns, axis=1)
         return own
+
+    remembered: ClassVar = {
+        "motion": (
+            "of grains: x, y, velocities along x and y, and the time they belong to, since the epoch",
+            "L_x, T_*^(1/2), L_x/T_*^(1/2)",
+        ),
+        "epoch": ("number of the quarter of a time unit that times of grains are counted from", "1"),
+        "clock": (
+            "time of the last event since the epoch, and of that in the period of the wall",
+            "L_x/T_*^(1/2)",
+        ),
+        "random": ("state of the random numbers", "1"),
+        "sums": (
+            "energy from the wall, lost in collisions, virial, momentum to the walls x = 0 and x = 1",
+            "a grain's mass times T_* or T_*^(1/2)",
+        ),
+        "counts": ("collisions, impacts on the driving wall, soft collisions, stale events, changes of cell", "1"),
+        "time": ("time of the grains", "L_x/T_*^(1/2)"),
+    }
 
     def memory(self) -> dict[str, np.ndarray]:
         """All that is needed to go on with the same bits. Only stale events and changes of cell count differently: all

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from hydro.accounts import COLLISIONS, FRICTION, SOURCE, WALL
 from hydro.deck import GrainsDeck
 from hydro.deck.initial import CheckpointInitial
-from hydro.dynamics.integrator import Exchange, Integrator
+from hydro.dynamics.integrator import Integrator
 from hydro.errors import Complaint, DeckError, RunFailed
 from hydro.grains import events, walls
 from hydro.grains.cells import arena
@@ -164,6 +165,18 @@ LOOKS = {"look_times": "time", "look_fields": "conserved", "look_virials": "viri
 class GrainsIntegrator(Integrator):
     """Advances grains and the fields that they make; keeps the latest looks at them, for averages."""
 
+    accounts = (WALL, COLLISIONS, FRICTION, SOURCE)  # those of flow, so that the books of both have the same names
+    step_limits = ("look",)
+    remembered: ClassVar = {
+        **Dynamics.remembered,
+        "look_times": ("times of the looks that averages are taken over", "L_x/T_*^(1/2)"),
+        "look_fields": (
+            "fields of looks: density, momentum along x and y, energy",
+            "n_c, n_c T_*^(1/2), n_c T_*",
+        ),
+        "look_virials": ("the virial at looks", "a grain's mass times T_*"),
+    }
+
     def __init__(self, grains: Dynamics, window: float):
         self.grains, self._interval = grains, window / SAMPLES
         self.samples: deque[Sample] = deque(maxlen=SAMPLES)
@@ -172,7 +185,7 @@ class GrainsIntegrator(Integrator):
         """To the next look."""
         return {"look": self._interval}
 
-    def step(self, state: State, dt: float) -> Exchange:
+    def step(self, state: State, dt: float) -> dict[str, float]:
         """Run all events in `dt` and take the fields; what walls gave and collisions took is summed event by event.
 
         RunFailed by a collapse leaves grains and state as they were.
@@ -187,7 +200,7 @@ class GrainsIntegrator(Integrator):
         state.conserved[:] = fields(self.grains, state.mesh)
         self.samples.append(Sample(state.time, state.conserved.copy(), self.grains.sum(events.VIRIAL)))
         wall, lost = (self._exchanged() - before).tolist()
-        return Exchange(wall=wall, collisions=lost)
+        return {"wall": wall, "collisions": lost}
 
     def _exchanged(self) -> np.ndarray:
         """Energy that the driving wall has given so far, and that collisions have taken."""

@@ -28,7 +28,7 @@ from hydro.exact.evolution import source_of
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
 from hydro.movies.frames import Frames
-from hydro.observables.clustering import snapshot
+from hydro.observables.clustering import QUANTITIES, snapshot
 from hydro.output.checkpoint import Checkpoint, read_or_skip, write_checkpoint
 from hydro.output.files import sync
 from hydro.output.folder import RunFolder
@@ -272,7 +272,8 @@ class Keeper:
         names = [*self._replaceable, path.name] if replaceable else self._replaceable
         kept = names[-(self.deck.output.keep or KEPT) :]
         saved = run.checkpoint(dumps(self.deck))
-        write_checkpoint(path, replace(saved, snapshots=self.snapshots, replaceable=names))
+        words = saved.words | {"snapshots": QUANTITIES}
+        write_checkpoint(path, replace(saved, snapshots=self.snapshots, replaceable=names, words=words))
         for name in names[: -len(kept)]:
             (self.folder.checkpoints / name).unlink(missing_ok=True)
         self._replaceable = kept

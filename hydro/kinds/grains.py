@@ -63,7 +63,7 @@ def begin(deck: GrainsDeck, saved: Checkpoint | None) -> tuple[Run, float]:
         grains, state = dynamics_again(deck, saved.memory), state_of(deck, saved)
     grains.advance(grains.time)
     compile_seconds = time.perf_counter() - started
-    run = Run(state, GrainsIntegrator(grains, deck.window), deck.time.end, set_by={"look": 0, "output": 0})
+    run = Run(state, GrainsIntegrator(grains, deck.window), deck.time.end)
     if saved is not None:
         restore(run, saved)
     return run, compile_seconds

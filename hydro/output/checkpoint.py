@@ -11,7 +11,7 @@ import hashlib
 import io
 import math
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,8 @@ import h5py
 import numpy as np
 
 import hydro
-from hydro.dynamics.integrator import MEMORY
 from hydro.errors import CheckpointError
 from hydro.mesh import Mesh
-from hydro.observables.clustering import QUANTITIES
 from hydro.output.files import write_bytes
 from hydro.revision import git_revision
 from hydro.state import State
@@ -41,7 +39,15 @@ FIELDS = (
     ("momentum_y", "momentum density along y", "n_c T_*^(1/2)"),
     ("energy", "granular and flow energy density", "n_c T_*"),
 )
+GROUPS = {
+    "ledger": "energy given and lost, and what there was at the start: each a sum and its compensation",
+    "integrator": "what the integrator remembers beside the fields",
+    "snapshots": "numbers that describe the states at the output times so far",
+}
 FACES = (("x_faces", "cell faces in x"), ("y_faces", "cell faces in y"))
+
+
+Words = tuple[str, str]  # long name and unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +56,8 @@ class Checkpoint:
 
     conserved: (4, nx, ny). deck: resolved TOML text. set_by: numbers of steps by what set them. ledger: pairs (sum,
     compensation) by entry, and the initial energy and mass. memory: what the integrator remembers. snapshots: rows of
-    the summary so far. replaceable: names of the checkpoints that newer ones may replace.
+    the summary so far. replaceable: names of the checkpoints that newer ones may replace. words: long names and units
+    of the entries of the groups `ledger`, `integrator` and `snapshots`.
     """
 
     mesh: Mesh
@@ -67,6 +74,7 @@ class Checkpoint:
     memory: dict[str, np.ndarray] = field(default_factory=dict)
     snapshots: list[dict[str, Any]] = field(default_factory=list)
     replaceable: list[str] = field(default_factory=list)
+    words: dict[str, dict[str, Words]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, state: State, deck: str) -> Checkpoint:
@@ -104,24 +112,21 @@ def _write(file: h5py.File, saved: Checkpoint) -> None:
         _dataset(file, name, values.T, long_name, unit)
     for (name, long_name), faces in zip(FACES, (saved.mesh.x_faces, saved.mesh.y_faces), strict=True):
         _dataset(file, name, faces, long_name, "L_x")
-    ledger = _group(file, "ledger", "energy given and lost, and what there was at the start")
-    for name, pair in saved.ledger.items():
-        unit = "n_c L_x^2" if name.endswith("mass") else "n_c T_* L_x^2"
-        _dataset(ledger, name, pair, f"{name.replace('_', ' ')}: sum and its compensation", unit)
-    memory = _group(file, "integrator", "what the integrator remembers beside the fields")
-    for name, values in saved.memory.items():
-        _dataset(memory, name, values, *MEMORY.get(name, (name, "")))
+    rows = saved.snapshots
+    numbers = {name: [row[name] for row in rows] for name in (rows[0] if rows else ()) if name != "checkpoint"}
+    for group, entries in (("ledger", saved.ledger), ("integrator", saved.memory), ("snapshots", numbers)):
+        words = saved.words.get(group, {})
+        parent = _group(file, group, GROUPS[group], ordered=True)
+        for name, values in entries.items():
+            _dataset(parent, name, values, *words.get(name, (name, "")))
     _group(file, "steps_by", "numbers of steps by what set them").attrs.update(saved.set_by)
-    snapshots = _group(file, "snapshots", "numbers that describe the states at the output times so far")
-    for name, (long_name, unit) in QUANTITIES.items():
-        if all(name in row for row in saved.snapshots):
-            _dataset(snapshots, name, [row[name] for row in saved.snapshots], long_name, unit)
-    _names(snapshots, "checkpoint", [row["checkpoint"] for row in saved.snapshots], "their files")
+    _names(file["snapshots"], "checkpoint", [row["checkpoint"] for row in rows], "their files")
     _names(file, "replaceable", saved.replaceable, "files of checkpoints that newer ones may replace")
 
 
-def _group(file: h5py.File, name: str, long_name: str) -> h5py.Group:
-    group = file.create_group(name)
+def _group(file: h5py.File, name: str, long_name: str, ordered: bool = False) -> h5py.Group:
+    """A group; `ordered`, if what it holds is to be read in the order of writing."""
+    group = file.create_group(name, track_order=ordered)
     group.attrs["long_name"] = long_name
     return group
 
@@ -161,6 +166,14 @@ def read_labels(path: Path) -> dict[str, Any]:
     """
     with _opened(path, verify=False) as file:
         return dict(file.attrs)
+
+
+def read_words(paths: Iterable[Path], group: str) -> dict[str, Words]:
+    """Long names and units of what a group holds, by the first checkpoint that can be opened; nothing without one."""
+    for path in paths:
+        with contextlib.suppress(CheckpointError), _opened(path, verify=False) as file:
+            return _words(file[group])
+    return {}
 
 
 def checkpoint_times(folder: Path, known: Mapping[Path, float] | None = None) -> tuple[dict[Path, float], list[str]]:
@@ -255,15 +268,20 @@ def _read(file: h5py.File) -> Checkpoint:
         memory={name: values[:] for name, values in file["integrator"].items()},
         snapshots=_rows(file["snapshots"]),
         replaceable=_texts(file["replaceable"]),
+        words={group: _words(file[group]) for group in GROUPS},
     )  # fmt: skip
 
 
 def _rows(group: h5py.Group) -> list[dict[str, Any]]:
     """The snapshots, as the summary has them."""
-    columns: dict[str, list[Any]] = {name: group[name][:].tolist() for name in QUANTITIES if name in group}
-    columns["half_waves"] = [int(number) for number in columns["half_waves"]]
-    columns["checkpoint"] = _texts(group["checkpoint"])
+    columns = {name: _texts(data) if name == "checkpoint" else data[:].tolist() for name, data in group.items()}
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def _words(group: h5py.Group) -> dict[str, Words]:
+    """Long names and units of what a group holds."""
+    words = {name: data.attrs for name, data in group.items()}
+    return {name: (str(its["long_name"]), str(its.get("units", ""))) for name, its in words.items()}
 
 
 def _texts(dataset: h5py.Dataset) -> list[str]:

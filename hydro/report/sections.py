@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from hydro.compare.subject import AUTO
+from hydro.driver.ledger import BALANCE
 from hydro.errors import DeckError, HydroError
 from hydro.kinds.table import KINDS
+from hydro.output.checkpoint import read_words
 from hydro.output.dataset import read_history
 from hydro.output.folder import RunFolder
 from hydro.report.blocks import (
@@ -60,14 +62,6 @@ FACTS = {
     "residual": "residual",
     "mass_drift": "mass drift",
     "wall_seconds": "seconds of computing",
-}
-LEDGER = {
-    "wall": "from the driving wall",
-    "source": "from sources",
-    "collisions": "lost in collisions",
-    "friction": "lost by rolling friction",
-    "change": "change of the gas",
-    "residual": "what does not add up, over the wall's input",
 }
 NUMBERS = {"time": "t", "wall_max": "max n(0, y)", "wall_min": "min n(0, y)", "gas_density": "n at x = 1"}
 NORMS = ("L1", "L2", "max")
@@ -136,11 +130,7 @@ def evolution(content: Content) -> Iterator[Section]:
     yield Section("History", history(content.folder))
     alt = "Density, temperature, pressure and velocity along x, averaged over y, at the output times"
     yield Section("Profiles", content.picture("profiles.png", alt, "Averages over y; later times are darker."))
-    if "energy_ledger" in summary:
-        rows = [
-            (name, summary["energy_ledger"][key]) for key, name in LEDGER.items() if key in summary["energy_ledger"]
-        ]
-        yield Section("Energy ledger", [Table("Integrals over the run, in n_c T_* L_x².", ("energy", "amount"), rows)])
+    yield Section("Energy ledger", ledger(content))
     yield Section("Beside a steady state", comparison(content.folder))
 
 
@@ -166,6 +156,14 @@ def snapshot_table(summary: Row) -> list[Block]:
     """The numbers of the snapshots."""
     rows = [[snapshot[key] for key in NUMBERS] for snapshot in summary.get("snapshots", [])]
     return [Table("On the walls, at the output times.", list(NUMBERS.values()), rows)] if rows else []
+
+
+def ledger(content: Content) -> list[Block]:
+    """The books of energy, in the words of the newest checkpoint."""
+    entries = content.summary.get("energy_ledger", {})
+    words = BALANCE | read_words(reversed(content.folder.saved()), "ledger")
+    rows = [(words.get(name, (name, ""))[0], amount) for name, amount in entries.items()]
+    return [Table("Integrals over the run, in n_c T_* L_x².", ("energy", "amount"), rows)] if rows else []
 
 
 def movie(folder: RunFolder) -> list[Block]:

@@ -45,9 +45,9 @@ def ledger(full: bool) -> Findings:
     given = run(godunov(mesh, GAS, WALLS["vibrating"](W), tau=TAU), state, 20.0)
     drift = abs(exact_sum(mesh, state.density) / mass - 1.0)
     change = exact_sum(mesh, state.conserved[3]) - energy
-    missing = math.fsum([change, -given.wall, given.collisions, given.friction])
-    residual = abs(missing) / max(map(abs, (energy, change, given.wall, given.collisions, given.friction)))
-    rows = [("start", energy), ("change", change), *zip(given._fields, given, strict=True), ("missing", missing)]
+    missing = math.fsum([change, -given["wall"], given["collisions"], given["friction"]])
+    residual = abs(missing) / max(map(abs, (energy, change, *given.values())))
+    rows = [("start", energy), ("change", change), *given.items(), ("missing", missing)]
     return Findings(
         (
             at_most(TOPIC, "drift of the mass", "round-off", drift, 1e-12),

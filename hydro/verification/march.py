@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hydro.dynamics.godunov import Godunov
-from hydro.dynamics.integrator import Exchange, Integrator, StepRejected
+from hydro.dynamics.integrator import Integrator, StepRejected
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
 from hydro.state import State
@@ -32,21 +32,21 @@ def run(
     end: float,
     dt: float | None = None,
     watch: Callable[[State], None] | None = None,
-) -> Exchange:
+) -> dict[str, float]:
     """Advance `state` in place to the time `end`, with steps `dt` or the largest allowed, the last one shortened.
 
     `watch`, if given, sees the state after every step. Returns the energies exchanged, summed without rounding.
     """
-    exchanges = []
+    booked = []
     while end - state.time > ROUNDING * abs(end):
         largest = integrator.largest_step(state) if dt is None else dt
-        exchanges.append(accepted(integrator, state, min(largest, end - state.time)))
+        booked.append(accepted(integrator, state, min(largest, end - state.time)))
         if watch is not None:
             watch(state)
-    return Exchange(*(math.fsum(parts) for parts in zip(*exchanges, strict=True)))
+    return {name: math.fsum(amounts[name] for amounts in booked) for name in booked[0]} if booked else {}
 
 
-def accepted(integrator: Integrator, state: State, dt: float) -> Exchange:
+def accepted(integrator: Integrator, state: State, dt: float) -> dict[str, float]:
     """One step; a rejected one is tried again with half of it, down to a thousandth."""
     for _ in range(HALVINGS):
         try:

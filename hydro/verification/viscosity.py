@@ -213,8 +213,8 @@ def missing_energy(name: str) -> float:
     before = exact_sum(mesh, state.conserved[3])
     given = run(viscous(name, GAS, VibratingWall(W), mesh, tau=TAU), state, 20.0)
     change = exact_sum(mesh, state.conserved[3]) - before
-    missing = math.fsum([change, -given.wall, given.collisions, given.friction])
-    return abs(missing) / max(map(abs, (before, change, given.wall, given.collisions, given.friction)))
+    missing = math.fsum([change, -given["wall"], given["collisions"], given["friction"]])
+    return abs(missing) / max(map(abs, (before, change, *given.values())))
 
 
 def mirror_difference(name: str) -> float:
