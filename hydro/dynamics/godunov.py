@@ -73,7 +73,7 @@ class Godunov(Integrator):
         )  # fmt: skip
         self._geometry = Geometry.of(mesh)
         self._heat = heat.HeatArrays.of(mesh, threads)
-        self._viscosity = viscosity if gas.K > 0.0 else 0.0
+        self._viscosity = viscosity if gas.conducts() else 0.0
         self._viscous = viscous_flow.Arrays.of(mesh) if self._viscosity > 0.0 else None
         self._half, self._next = np.empty((4, *mesh.cells)), np.empty((4, *mesh.cells))
         self._rates = np.empty(mesh.cells[0])
@@ -122,7 +122,7 @@ class Godunov(Integrator):
     def _heat_and_rub(self, state: np.ndarray, dt: float) -> tuple[float, float, float]:
         """Heat and friction for `dt`; returns the energies given by the wall, lost in collisions and by friction."""
         given, lost, rubbed = 0.0, 0.0, 0.0
-        if self.gas.K > 0.0:
+        if self.gas.conducts():
             given, lost = heat.advance(self.gas, self.wall, self._geometry, self._heat, state, dt)
         if self.tau < math.inf:
             rubbed = rub(self._geometry, state, math.exp(-dt / self.tau))

@@ -126,7 +126,7 @@ class LagrangeRemap(Integrator):
             np.zeros((nx, ny)), np.zeros((nx, ny)), np.zeros((2, nx, ny)), np.zeros((LINES, ny + 4)),
             np.zeros(ny), np.zeros(ny),
         )  # fmt: skip
-        self._viscosity = viscosity if gas.K > 0.0 else 0.0
+        self._viscosity = viscosity if gas.conducts() else 0.0
         self._viscous = viscous_flow.Arrays.of(mesh) if self._viscosity > 0.0 else None
         self._hierarchy = multigrid.Hierarchy(mesh)
         self._last = np.zeros((4, nx, ny))  # the state before
@@ -542,7 +542,7 @@ def closures_row(gas, P, T, density, kappa, cooling):
 @part(exact=True)
 def heat_wall(gas, wall, geometry, density, T, work):
     """Heat flux from the driving wall, from the last row of cells."""
-    if geometry.periodic_x or gas.K == 0.0:
+    if geometry.periodic_x or not gas.conducts():
         return
     for j in range(T.size):
         guess = work.wall_temperature[j] if work.wall_temperature[j] > 0.0 else T[j]
@@ -697,7 +697,7 @@ def couple_cells(gas, density, T, width, dy, h, l11, l12, l21, l22, kappa_P, kap
 @part(exact=True)
 def couple_wall(gas, wall, geometry, density, T, h, wall_temperature, l21, l22):
     """The derivatives of the wall's heat, into the local terms of the last row of cells."""
-    if geometry.periodic_x or gas.K == 0.0:
+    if geometry.periodic_x or not gas.conducts():
         return
     for j in range(T.size):
         n, here = density[j], T[j]
