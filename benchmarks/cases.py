@@ -78,7 +78,7 @@ def problem(n: int, kind: str) -> tuple[State, Integrator]:
     mesh = Mesh.rectangle((n, n), periodic=(ideal, ideal))
     state = rippled(granular_gas(0.0 if ideal else K), mesh)
     method = LagrangeRemap if kind == "implicit" else Godunov
-    return state, method(state.gas, VibratingWall(W), mesh, math.inf if ideal else TAU)
+    return state, method(state.gas, VibratingWall(strength=0.0 if ideal else K * W), mesh, math.inf if ideal else TAU)
 
 
 def granular_gas(K: float = 0.0) -> Grossman:
@@ -140,7 +140,7 @@ class WaveCase:
         numba.set_num_threads(1)
         mesh = Mesh.rectangle((n, n), periodic=(True, True))
         state = State(self.gas, mesh, self.initial(n))
-        integrator = Godunov(self.gas, VibratingWall(0.0), mesh, **options)
+        integrator = Godunov(self.gas, VibratingWall(strength=0.0), mesh, **options)
         start = time.perf_counter()
         while state.time < self.end:
             integrator.step(state, min(integrator.largest_step(state), self.end - state.time))

@@ -15,13 +15,14 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.special import expit
 
 from hydro.cli import main as hydro
 from hydro.gas import Grossman
 from hydro.pictures.marginal import power
 from hydro.pictures.style import publish
 from hydro.steady.extended import extended_state
-from hydro.steady.limits import (
+from hydro.steady.grossman_limits import (
     dense_log_void,
     dense_start,
     dilute_aspect_ratio,
@@ -30,8 +31,7 @@ from hydro.steady.limits import (
     dilute_profile,
     growth_of_least_fraction,
 )
-from hydro.steady.marginal import critical_aspect_ratio, principal_mode, tongue, vanishing_loss
-from hydro.steady.uniform_pressure import expit
+from hydro.steady.marginal import critical_aspect_ratio, principal_mode, tongue, vanishing_tongue
 from hydro.verification import MEASUREMENTS
 from hydro.verification.book import section
 
@@ -197,7 +197,7 @@ def large_losses() -> Figure:
     figure = Figure(figsize=(10.5, 3.4), layout="constrained")
     least, ends, growth = figure.subplots(1, 3)
     for (wall, dash), color in zip(WALLS.items(), ("black", "tab:red"), strict=True):
-        start, _ = vanishing_loss(gas(1.0), wall, *VANISHING[wall])
+        start, _ = vanishing_tongue(gas(1.0), "L", wall, *VANISHING[wall])
         losses = start * np.concatenate([1.0 + np.geomspace(1e-3, 0.3, 8), np.geomspace(1.4, 1e8 / start, 40)])
         found = [tongue(gas(L), wall) for L in losses.tolist()]
         columns = {name: np.array([getattr(each, name) for each in found]) for name in vars(found[0])}

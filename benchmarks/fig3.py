@@ -20,13 +20,14 @@ from hydro.mesh import Mesh
 from hydro.observables.clustering import gas_density, wall_extremes
 from hydro.pictures.density import Map, density_panels
 from hydro.steady.balance import Balance
-from hydro.steady.continuation import ExtendedBranch, Family, Point, follow
+from hydro.steady.bifurcation import ExtendedBranch
+from hydro.steady.continuation import Family, Point, follow
 from hydro.steady.growth import growth_of
 from hydro.steady.localized import SteadyState, steady_state
 from hydro.steady.newton import solve
 from hydro.walls import VibratingWall
 
-GAS, WALL, TAU = Grossman(L=5e4, K=2e-3), VibratingWall(114.0), 200.0
+GAS, WALL, TAU = Grossman(L=5e4, K=2e-3), VibratingWall(strength=0.228), 200.0
 GRIDS = (32, 64, 128, 256)  # cells in x, and per unit length in y
 F = 0.0235
 POINTS = {  # label: (wave, aspect ratio, largest and smallest density on the wall in the paper)

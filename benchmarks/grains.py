@@ -48,7 +48,8 @@ def localized(number: int) -> Dynamics:
 @cache
 def half_wave() -> State:
     """The localized state at f and L of Fig. 4."""
-    return steady_state(Grossman(L=5e4, K=2e-3), VibratingWall(114.0), Mesh.rectangle((64, 128), 2.0), 0.0235, 1).state
+    mesh = Mesh.rectangle((64, 128), 2.0)
+    return steady_state(Grossman(L=5e4, K=2e-3), VibratingWall(strength=0.228), mesh, 0.0235, 1).state
 
 
 def steady(number: int) -> Dynamics:

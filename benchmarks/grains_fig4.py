@@ -134,7 +134,7 @@ def setting(name: str, gas_of: Callable[[Any], Any]) -> tuple[Any, Any, Vibratin
     """The deck of a box of grains, a gas in their place, and the wall that gives it the same heat."""
     deck: Any = load(PROBLEMS / f"{BOXES[name].deck}.toml", BOXES[name].overrides)
     gas = gas_of(deck)
-    return deck, gas, VibratingWall(deck.wall.W * deck.gas.K / gas.K)
+    return deck, gas, VibratingWall(strength=deck.gas.K * deck.wall.W)
 
 
 def flow(name: str, gas_of: Callable[[Any], Any], number: int) -> dict[str, Any]:
@@ -146,7 +146,7 @@ def flow(name: str, gas_of: Callable[[Any], Any], number: int) -> dict[str, Any]
     words = [f"mesh.cells=[{CELLS[0]},{CELLS[1]}]", "gas.viscosity=1", "gas.tau=inf", "output.times=[]"]
     odd = math.sqrt(2.0 / number)  # what the positions of so many grains leave of one half-wave, by chance
     start = f"{{kind='modes', waves=[1, 2], amplitudes=[{odd:g}, {deck.initial.amplitude:g}]}}"
-    words += [f"initial={start}", f"wall.W={wall.W:.17g}", f"gas.K={gas.K:.17g}"]
+    words += [f"initial={start}", f"wall.W={wall.strength / gas.K:.17g}", f"gas.K={gas.K:.17g}"]
     flowing: Any = load(PROBLEMS / "fig4.toml", [*words, f"gas.L={gas.L:.17g}", f"time.end={deck.time.end:g}"])
     begin = initial_state(flowing)
     state = State(gas, begin.mesh, begin.conserved)

@@ -14,14 +14,15 @@ from measure import processor, table
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
 from hydro.steady.balance import Balance
-from hydro.steady.continuation import ExtendedBranch, Family, follow
+from hydro.steady.bifurcation import ExtendedBranch
+from hydro.steady.continuation import Family, follow
 from hydro.steady.extended import extended_state
 from hydro.steady.growth import growth_of
 from hydro.steady.localized import steady_state
 from hydro.steady.marginal import critical_aspect_ratio, tongue
 from hydro.walls import VibratingWall
 
-GAS, WALL, TAU, F = Grossman(L=5e4, K=2e-3), VibratingWall(114.0), 200.0, 0.0235
+GAS, WALL, TAU, F = Grossman(L=5e4, K=2e-3), VibratingWall(strength=0.228), 200.0, 0.0235
 GRIDS = (32, 64, 128)
 BRANCH = (0.0268, 0.034)  # from the bifurcation of a half-wave in a box of aspect ratio 2
 WALLS = ("vibrating", "thermal")

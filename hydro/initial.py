@@ -150,24 +150,26 @@ def checkpoint_of(deck: RunDeck) -> Checkpoint:
 
 
 def refilled(state: State, mean: float) -> State:
-    """The state with the mean density `mean`: n/(1-n) times a common factor, at the same temperature and velocity.
+    """The state with the mean density `mean`: n/(1-n/n_p) times a common factor, at the same temperature and velocity.
 
-    No density leaves (0, 1). The pressure, like n/(1-n) in dilute and in dense gas, changes by about that factor.
+    No density comes to that of packing, n_p. The pressure, like n/(1-n/n_p) in dilute and in dense gas, changes by
+    about that factor.
     """
     from scipy.optimize import brentq  # slow to import
 
-    odds = state.density / (1.0 - state.density)
-    share = mean / (1.0 - mean)
+    gas, mesh = state.gas, state.mesh
+    odds, wanted = (n / gas.gap(n) for n in (state.density, mean))
+
+    def filled(log_factor: float) -> np.ndarray:
+        changed = odds * math.exp(log_factor)
+        return changed / (1.0 + changed / gas.packing_density())
 
     def excess(log_factor: float) -> float:
-        filled = odds * math.exp(log_factor)
-        return state.mesh.integral(filled / (1.0 + filled)) - mean * state.mesh.aspect_ratio
+        return mesh.integral(filled(log_factor)) - mean * mesh.aspect_ratio
 
-    bounds = (math.log(share / odds.max()), math.log(share / odds.min()))  # where n is below, and above, everywhere
-    filled = odds * math.exp(brentq(excess, bounds[0] - 1e-9, bounds[1] + 1e-9, xtol=1e-14))
-    return State.of(
-        state.gas, state.mesh, filled / (1.0 + filled), state.temperature, state.velocity, state.time
-    )  # fmt: skip
+    bounds = (math.log(wanted / odds.max()), math.log(wanted / odds.min()))  # where n is below, and above, everywhere
+    density = filled(brentq(excess, bounds[0] - 1e-9, bounds[1] + 1e-9, xtol=1e-14))
+    return State.of(gas, mesh, density, state.temperature, state.velocity, state.time)
 
 
 def perturbed(state: State, pattern: np.ndarray) -> State:

@@ -23,8 +23,11 @@ def mesh_of(deck: Any) -> Mesh:
 
 
 def wall_of(deck: Any):
-    """The law of the driving wall; its parameters are the keys of the section beside `kind`."""
-    return WALLS[deck.wall.kind](**deck.wall.model_dump(exclude={"kind"}))
+    """The law of the driving wall; its parameters are the keys of the section beside `kind`, with K W instead of W."""
+    given = deck.wall.model_dump(exclude={"kind"})
+    if "W" in given:
+        given["strength"] = deck.gas.K * given.pop("W")
+    return WALLS[deck.wall.kind](**given)
 
 
 def viscosity_of(deck: Any) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,10 +78,10 @@ class State:
 
 
 def inadmissible(state: State) -> np.ndarray:
-    """Where n is not in (0, 1) or T not positive, shape (nx, ny)."""
+    """Where n is not between 0 and that of packing, or T not positive, shape (nx, ny)."""
     with np.errstate(all="ignore"):
         n, T = state.density, state.temperature
-        return ~((n > 0.0) & (n < 1.0) & (T > 0.0) & np.isfinite(state.conserved).all(axis=0))
+        return ~((n > 0.0) & (n < state.gas.packing_density()) & (T > 0.0) & np.isfinite(state.conserved).all(axis=0))
 
 
 def worst_cell(state: State) -> str:
@@ -92,4 +93,10 @@ def worst_cell(state: State) -> str:
     with np.errstate(all="ignore"):
         values = f"n = {state.density[i, j]:.4g}, T = {state.temperature[i, j]:.4g}"
     place = f"cell ({i}, {j}) at x = {state.mesh.x[i]:.4g}, y = {state.mesh.y[j]:.4g}"
-    return f"{len(where)} cells would leave 0 < n < 1, T > 0; {place} would get {values}"
+    return f"{len(where)} cells would leave {bounds(state.gas)}, T > 0; {place} would get {values}"
+
+
+def bounds(gas: Closure) -> str:
+    """In which bounds densities of a gas lie, in words."""
+    packed = gas.packing_density()
+    return f"0 < n < {packed:g}" if packed < math.inf else "0 < n"

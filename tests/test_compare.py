@@ -52,7 +52,7 @@ def state_of(deck, periodic=(False, False)) -> SteadyState:
     mesh = mesh_of(deck)
     mesh = Mesh(mesh.x_faces, mesh.y_faces, periodic)
     return steady_state(
-        gas_of(deck), VibratingWall(deck.wall.W), mesh, deck.gas.f, deck.steady.wave, deck.steady.shifted
+        gas_of(deck), VibratingWall(deck.gas.K * deck.wall.W), mesh, deck.gas.f, deck.steady.wave, deck.steady.shifted
     )
 
 

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from hydro.gas import HardDisks
+from hydro.gas.closure import Reduced
 from hydro.grains.placement import CLOSE_PACKING
 from hydro.jit import compiled_methods
 from physics.bench import GAMMA
@@ -30,6 +31,14 @@ class Enskog(EnskogConstants, HardDisks):
     """
 
     __slots__ = ()
+
+    def packing_density(self):
+        """Further than it may be used."""
+        return 1.0
+
+    def reduced(self):
+        """The gas with K = L = 1."""
+        return Reduced(self._replace(K=1.0, L=1.0), self.K, self.L)
 
     def pressure_factor(self, n):
         """(1-n) Z."""

@@ -146,7 +146,7 @@ class Comparison(NamedTuple):
         """The wall that gives the heat of the deck's; in Enskog's theory, for contacts with a wall of density p/T."""
         state = self.states[name]
         contact = state.gas.compressibility(state.wall_density[1]) if name == "Enskog" else 1.0
-        return VibratingWall(contact * SUPPLY / state.gas.K)
+        return VibratingWall(strength=contact * SUPPLY)
 
     def strips(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """n, and T weighted with n, of hydrodynamics in the strips of the grains."""

@@ -88,9 +88,9 @@ def gas_named(name: str) -> Any:
     return GASES[name](box().gas.L, box().gas.diameter)
 
 
-def wall_for(gas: Any) -> VibratingWall:
+def driving_wall() -> VibratingWall:
     """The wall of the deck, of the same heat."""
-    return VibratingWall(box().wall.W * box().gas.K / gas.K)
+    return VibratingWall(strength=box().gas.K * box().wall.W)
 
 
 def flowing(name: str, end: float) -> dict[str, Any]:
@@ -99,7 +99,7 @@ def flowing(name: str, end: float) -> dict[str, Any]:
     deck: Any = load(FLOW, [
         f"gas.L={gas.L:.17g}", f"gas.K={gas.K:.17g}", f"gas.f={grains.gas.f:g}", "gas.tau=inf", "gas.viscosity=1",
         "mesh.cells=[32,64]", "output.times=[]",
-        f"wall.W={wall_for(gas).W:.17g}", "initial.wave=1", "initial.temperature=1", f"time.end={end:g}"
+        f"wall.W={driving_wall().strength / gas.K:.17g}", "initial.wave=1", "initial.temperature=1", f"time.end={end:g}"
     ])  # fmt: skip
     start = initial_state(deck)
     state = State(gas, start.mesh, start.conserved)
@@ -134,7 +134,7 @@ def amplitudes(name: str, ratios: list[float]) -> dict[str, Any]:
         mesh = Mesh.rectangle((24, 24 if ratio < 1.3 else 48), ratio)
         try:
             with np.errstate(all="ignore"):
-                n = steady_state(gas, wall_for(gas), mesh, f, 1).state.density
+                n = steady_state(gas, driving_wall(), mesh, f, 1).state.density
         except RunFailed:
             found.append(0.0)
             continue

@@ -15,8 +15,7 @@ import numpy as np
 from hydro.deck.experiment import Scaled
 from hydro.deck.sections import GAMMA
 from hydro.errors import RunFailed
-from hydro.gas import CLOSURES
-from hydro.setup import wall_of
+from hydro.setup import gas_of, wall_of
 from hydro.steady.extended import ExtendedState, extended_state
 from hydro.steady.marginal import critical_aspect_ratio
 from hydro.steady.uniform_pressure import UniformPressure
@@ -56,7 +55,6 @@ class Grains:
     """What a deck says of its grains and its driving wall, whatever the place; scaled units."""
 
     wall: Any
-    K: float
     tau: float
     diameter: float  # d/L_x
     gamma: float
@@ -68,22 +66,22 @@ class Grains:
         """Those of a deck with gas and wall."""
         gas, moving = deck.gas, getattr(deck, "moving_wall", None)
         vibration = None if moving is None else Vibration(*moving)
-        return cls(wall_of(deck), gas.K, gas.tau, grain_diameter(deck), gas.gamma, deck.scaled, vibration)
+        return cls(wall_of(deck), gas.tau, grain_diameter(deck), gas.gamma, deck.scaled, vibration)
 
     @classmethod
     def of_experiment(cls, scaled: Scaled) -> Grains:
         """Those of an experiment, before its vibrating wall."""
-        return cls(VibratingWall(scaled.W), scaled.K, scaled.tau, scaled.K / scaled.mu, GAMMA, scaled)
+        return cls(VibratingWall(scaled.K * scaled.W), scaled.tau, scaled.K / scaled.mu, GAMMA, scaled)
 
     @property
-    def W(self) -> float | None:
-        """Strength of a vibrating wall, zero for an elastic one; None for a thermal wall."""
-        return getattr(self.wall, "W", None)
+    def strength(self) -> float | None:
+        """That of a vibrating wall, zero for an elastic one; None for a thermal wall."""
+        return getattr(self.wall, "strength", None)
 
     @property
     def vibration(self) -> Scaled | Vibration | None:
         """What holds amplitude and frequency of the wall, where they are known."""
-        return self.experiment or self.moving if self.W else None
+        return self.experiment or self.moving if self.strength else None
 
     def inelasticity(self, L: float) -> float:
         """1 - r^2 = (3 gamma/32) L (d/L_x)^2, from the definition of L."""
@@ -135,9 +133,9 @@ class Stripe:
 
     @property
     def wall_speed(self) -> float | None:
-        """A omega/T^(1/2), from K W = (2/pi)^(1/2) A^2 omega^2/T_*."""
-        W = self.grains.W
-        return None if W is None else ((math.pi / 2.0) ** 0.5 * self.grains.K * W / self.wall_temperature) ** 0.5
+        """A omega/T^(1/2), from the strength (2/pi)^(1/2) A^2 omega^2/T_* of the wall."""
+        strength = self.grains.strength
+        return None if strength is None else ((math.pi / 2.0) ** 0.5 * strength / self.wall_temperature) ** 0.5
 
     @property
     def friction(self) -> float:
@@ -166,7 +164,7 @@ class Stripe:
         p = np.float64(state.pressure(self.grains.wall))
         friction = state.average(lambda w: disks.density(w) * loss(p * disks.temperature(w)))
         collisions = state.average(lambda w: np.exp(0.5 * w) * disks.cooling(w)) * p**1.5
-        return 2.0 * friction / (np.float64(self.grains.tau) * self.grains.K * state.gas.L * collisions)
+        return 2.0 * friction / (np.float64(self.grains.tau) * disks.conduction * disks.loss * collisions)
 
 
 class Assumption(NamedTuple):
@@ -260,8 +258,11 @@ ASSUMPTIONS = (
 def stripe_of(deck: Any, place: Place) -> Stripe:
     """The extended state of a deck's gas at a place."""
     grains = Grains.of(deck)
-    gas = CLOSURES[deck.gas.closure](L=place.L, K=grains.K, alpha=deck.gas.alpha)
-    return Stripe(place, grains, extended_or_none(gas, place.f) if grains.K and grains.W != 0.0 else None)
+    gas = gas_of(deck)
+    if place.L != deck.gas.L:  # on a branch in L
+        gas = gas.with_parameter("L", place.L)
+    driven = gas.conducts() and grains.strength != 0.0
+    return Stripe(place, grains, extended_or_none(gas, place.f) if driven else None)
 
 
 def extended_or_none(gas: Any, f: float) -> ExtendedState | None:

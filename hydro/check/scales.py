@@ -75,12 +75,11 @@ def _time_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     gas, mean = state.gas, mean_density(state)
     T = float(state.temperature.mean())
     found = [Scale("sound time", 1.0 / float(gas.sound_speed(mean, T)), "L_x over the sound speed at the start")]
-    if gas.K > 0.0:
+    if gas.conducts():
         conduction = mean / float(gas.conductivity(mean, T))
         found.append(Scale("conduction time", conduction, "n L_x^2/kappa at the start"))
-    if gas.K * gas.L > 0.0:
-        cooling = 2.0 * mean * T / float(gas.cooling(mean, T))
-        found.append(Scale("cooling time", cooling, "t_c of T = T_0/(1 + t/t_c)^2 at the start"))
+    if (loss := float(gas.cooling(mean, T))) > 0.0:
+        found.append(Scale("cooling time", 2.0 * mean * T / loss, "t_c of T = T_0/(1 + t/t_c)^2 at the start"))
     found.append(Scale("friction time", deck.gas.tau, "tau"))
     driven = driven_temperature(deck, state)
     if driven > 0.0:

@@ -121,9 +121,11 @@ def refuse_other(subject: Subject, balance: Balance, deck: SteadyDeck) -> None:
     They know nothing of K, tau, W or the temperature of a thermal wall: those are the run's.
     """
     run = subject.deck
+    mine, other = gas_of(run).reduced().gas, gas_of(deck).reduced().gas
+    constants = {f"gas.{name}": (value, getattr(other, name, value)) for name, value in mine._asdict().items()}
     pairs = {
         "gas.L": (run.gas.L, deck.gas.L),
-        "gas.alpha": (run.gas.alpha, deck.gas.alpha),
+        **{key: pair for key, pair in constants.items() if type(mine) is type(other)},
         "gas.closure": (run.gas.closure, deck.gas.closure),
         "gas.f": (balance.area_fraction, deck.gas.f),
         "box.aspect_ratio": (run.box.aspect_ratio, deck.box.aspect_ratio),

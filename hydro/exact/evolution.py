@@ -18,7 +18,7 @@ from hydro.exact.solutions import (
 )
 from hydro.mesh import Mesh
 from hydro.registry import Registry
-from hydro.setup import gas_of, viscosity_of
+from hydro.setup import gas_of, viscosity_of, wall_of
 from hydro.state import State
 
 # Conserved fields, shape (4, nx, ny), averaged over the cells of a mesh, at a time.
@@ -88,8 +88,8 @@ def made_up(deck: Any) -> Evolution:
 
 def manufactured(deck: Any) -> Manufactured:
     """The made-up solution in the deck's box."""
-    W = getattr(deck.wall, "W", 0.0)
-    return Manufactured(gas_of(deck), deck.gas.tau, W, deck.box.aspect_ratio, viscosity_of(deck))
+    strength = getattr(wall_of(deck), "strength", 0.0)
+    return Manufactured(gas_of(deck), deck.gas.tau, strength, deck.box.aspect_ratio, viscosity_of(deck))
 
 
 SOURCES["manufactured"] = lambda deck: manufactured(deck).source

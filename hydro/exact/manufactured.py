@@ -39,7 +39,7 @@ class Fields(NamedTuple):
 
 @dataclass(frozen=True)
 class Manufactured:
-    """The made-up solution in a box with elastic walls and, at x = 1, a vibrating one of strength W (0: elastic too).
+    """The made-up solution in a box with elastic walls and, at x = 1, a vibrating one (strength 0: elastic too).
 
     gas: a closure with its constants; tau: friction time; viscosity: over that of the closure. 0.35 < p < 0.65 and T
     is about 1, so n is about 0.3.
@@ -47,7 +47,7 @@ class Manufactured:
 
     gas: Any
     tau: float = math.inf
-    W: float = 0.0
+    strength: float = 0.0
     aspect_ratio: float = 1.0
     viscosity: float = 0.0
 
@@ -55,7 +55,7 @@ class Manufactured:
         """The solution at points x, y, arrays that broadcast.
 
         Normal velocities, and normal slopes of p and of the velocity along the wall, vanish at all walls; so do those
-        of T but at x = 1, where kappa T_x = K W n T^(1/2).
+        of T but at x = 1, where kappa T_x = strength n T^(1/2).
         """
         gas, kx, ky = self.gas, np.pi, np.pi / self.aspect_ratio
         beat, swing = np.cos(2.0 * t), np.sin(1.0 + 3.0 * t)
@@ -74,16 +74,16 @@ class Manufactured:
         return Fields(gas.density(p, T), u, v, p, T, T_x, T_y, u_x, v_y, u_y + v_x)
 
     def _wall_slope(self, y, beat, swing):
-        """T_x at the vibrating wall, K W n/k with kappa = k T^(1/2), and its slope in y."""
+        """T_x at the vibrating wall, strength n/k with kappa = k T^(1/2), and its slope in y."""
         gas, ky = self.gas, np.pi / self.aspect_ratio
-        if gas.K * self.W == 0.0:
+        if self.strength == 0.0:
             return 0.0, 0.0
         p, p_y = 0.5 - 0.15 * np.cos(ky * y) * beat, 0.15 * ky * np.sin(ky * y) * beat
         T, T_y = 1.0 - 0.2 * np.cos(2.0 * ky * y) * swing, 0.4 * ky * np.sin(2.0 * ky * y) * swing
         n = gas.density(p, T)
         n_p, n_T = gas.density_slopes(n, T)
         k, k_n = gas.conductivity_coefficient(n), gas.conductivity_coefficient_slope(n)
-        return gas.K * self.W * n / k, gas.K * self.W * (k - n * k_n) / k**2 * (n_p * p_y + n_T * T_y)
+        return self.strength * n / k, self.strength * (k - n * k_n) / k**2 * (n_p * p_y + n_T * T_y)
 
     def conserved(self, mesh: Mesh, t: float) -> np.ndarray:
         """Cell averages of density, momenta and energy, shape (4, nx, ny)."""

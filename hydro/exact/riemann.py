@@ -16,9 +16,10 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 from scipy.optimize import brentq
 
-DEGREE = 64  # of the Chebyshev series along an isentrope: reaches rounding, up to 1 - n = 1e-6 at least
+from hydro.state import bounds
+
+DEGREE = 64  # of the Chebyshev series along an isentrope: reaches rounding, up to 1 - n/n_p = 1e-6 at least
 ROUNDING = np.finfo(float).eps
-DENSEST = math.nextafter(1.0, 0.0)
 FAINTEST = 1e-100  # star pressure, over the lower of the two pressures, that counts as vacuum
 SLACK = 1e-9  # by which brackets are widened, so that rounding leaves the root inside
 TIGHT = {"xtol": 1e-15, "rtol": 4 * ROUNDING}  # of brentq in a logarithm
@@ -36,23 +37,26 @@ class PrimitiveState(NamedTuple):
 class Isentrope:
     """States of one entropy: through (density, pressure), from vacuum up to the density `densest`.
 
-    From dT/T = Z dn/n and du = c dn/n; both are integrated as Chebyshev series in r, n = 1 - exp(-r^2),
-    in which they are smooth from vacuum (c ~ r) to close packing. Methods take and return arrays of any shape.
-    ValueError for a closure that is no ideal gas in the dilute limit: (Z-1)/n is then not smooth.
+    From dT/T = Z dn/n and du = c dn/n; both are integrated as Chebyshev series in r, n = n_p (1 - exp(-r^2)),
+    in which they are smooth from vacuum (c ~ r) to packing. Methods take and return arrays of any shape.
+    ValueError for a closure that is no ideal gas in the dilute limit: (Z-1)/n is then not smooth; and for one that
+    never packs.
     """
 
     def __init__(self, gas: Any, density: float, pressure: float, densest: float | None = None):
         if abs(gas.compressibility(1e-12) - 1.0) > 1e-9:
             raise ValueError("the closure must have Z(0) = 1")
-        self.gas = gas
+        if math.isinf(gas.packing_density()):
+            raise ValueError("the closure must pack at a finite density")
+        self.gas, self._packed = gas, gas.packing_density()
         self._scale = gas.temperature(density, pressure) / density
-        top = float(stretched(density if densest is None else densest))
-        self._log = _integral(lambda n: (gas.compressibility(n) - 1.0) / n, top, start=float(stretched(density)))
-        self._flow = _integral(lambda n: self.sound_speed(n) / n, top, start=0.0)
+        top, start = float(self._r(density if densest is None else densest)), float(self._r(density))
+        self._log = self._integral(lambda n: (gas.compressibility(n) - 1.0) / n, top, start)
+        self._flow = self._integral(lambda n: self.sound_speed(n) / n, top, 0.0)
 
     def temperature(self, n):
         """T at density n."""
-        return self._scale * n * np.exp(self._log(stretched(n)))
+        return self._scale * n * np.exp(self._log(self._r(n)))
 
     def pressure(self, n):
         """p at density n."""
@@ -64,7 +68,7 @@ class Isentrope:
 
     def escape_speed(self, n):
         """Integral of c dn/n from vacuum to n: the speed gained by expansion into vacuum."""
-        return self._flow(stretched(n))
+        return self._flow(self._r(n))
 
     def characteristic_speed(self, n):
         """u + c in a right-going simple wave, u measured from that of vacuum: grows with n."""
@@ -76,12 +80,24 @@ class Isentrope:
         The adiabatic exponent is 2 or more where Z >= 1 grows with n, which bounds n from below.
         """
         low = ahead.density * math.sqrt(pressure / ahead.pressure) * (1.0 - SLACK)
-        high = min(ahead.density * (1.0 + SLACK), DENSEST)
+        high = min(ahead.density * (1.0 + SLACK), densest(self.gas))
 
         def residual(log_n: float) -> float:
             return math.log(self.pressure(math.exp(log_n)) / pressure)
 
         return math.exp(brentq(residual, math.log(low), math.log(high), **TIGHT))
+
+    def _r(self, n):
+        """r(n) with n = n_p (1 - exp(-r^2)): like sqrt(n) near vacuum, resolving 1 - n/n_p near packing."""
+        return np.sqrt(-np.log1p(-n / self._packed))
+
+    def _integral(self, integrand: Callable, top: float, start: float) -> Chebyshev:
+        """The integral of integrand(n) dn as a series in r on [0, top], zero at r = start."""
+
+        def in_r(r):
+            return self._packed * 2.0 * r * np.exp(-r * r) * integrand(self._packed * -np.expm1(-r * r))
+
+        return Chebyshev.interpolate(in_r, DEGREE, domain=[0.0, top]).integ(lbnd=start)
 
 
 @dataclass(frozen=True)
@@ -141,12 +157,14 @@ class RiemannSolution:
 def solve(gas: Any, left: PrimitiveState, right: PrimitiveState) -> RiemannSolution:
     """Solve the Riemann problem for the closure `gas`; scaled units, star state good to 1e-12 away from vacuum.
 
-    Raises ValueError for densities outside (0, 1) or pressures not above 0, when the two states part so fast
-    that vacuum opens between them, and when they collide so hard that the closure allows no shock below n = 1.
+    Raises ValueError for densities not between 0 and n_p or pressures not above 0, when the two states part so fast
+    that vacuum opens between them, when they collide so hard that the closure allows no shock below n_p, and for
+    closures that `Isentrope` refuses.
     """
     for state in (left, right):
-        if not (0.0 < state.density < 1.0 and 0.0 < state.pressure < math.inf and math.isfinite(state.velocity)):
-            raise ValueError(f"not a state with 0 < density < 1 and pressure > 0: {state}")
+        legal = 0.0 < state.density < gas.packing_density() and 0.0 < state.pressure < math.inf
+        if not (legal and math.isfinite(state.velocity)):
+            raise ValueError(f"not a state with {bounds(gas)} and pressure > 0: {state}")
     sides = [(state, Isentrope(gas, state.density, state.pressure)) for state in (left, right)]
 
     parting = right.velocity - left.velocity
@@ -173,7 +191,7 @@ def hugoniot_density(gas: Any, ahead: PrimitiveState, pressure: float) -> float:
     """Density behind a shock that runs into `ahead` and leaves the given, higher pressure behind.
 
     T1 - T0 = (p1 + p0)(1/n0 - 1/n1)/2 with T = p/(n Z) is linear in p1 at fixed n1; one root in n1 is left.
-    Raises ValueError when it is not below 1.
+    Raises ValueError when it is not below n_p.
     """
     n0, p0 = ahead.density, ahead.pressure
 
@@ -181,9 +199,10 @@ def hugoniot_density(gas: Any, ahead: PrimitiveState, pressure: float) -> float:
         half = 0.5 * (n - n0) / (n * n0)
         return pressure * (_energy(gas, n) - half) - p0 * (_energy(gas, n0) + half)
 
-    if residual(DENSEST) > 0.0:
-        raise ValueError(f"no shock from density {n0} to pressure {pressure:.6g} ends below n = 1")
-    return brentq(residual, n0, DENSEST, xtol=1e-300, rtol=4 * ROUNDING)
+    if residual(densest(gas)) > 0.0:
+        packed = f"n = {gas.packing_density():g}"
+        raise ValueError(f"no shock from density {n0} to pressure {pressure:.6g} ends below {packed}")
+    return brentq(residual, n0, densest(gas), xtol=1e-300, rtol=4 * ROUNDING)
 
 
 def shock_mass_flux(gas: Any, ahead: PrimitiveState, n: float, pressure: float) -> float:
@@ -198,9 +217,9 @@ def shock_mass_flux(gas: Any, ahead: PrimitiveState, n: float, pressure: float) 
     return math.sqrt(pressure * (1.0 + slope) / (_energy(gas, ahead.density) + 0.5 * (v0 - v)))
 
 
-def stretched(n):
-    """r(n) with n = 1 - exp(-r^2): like sqrt(n) near vacuum, resolving 1 - n near close packing."""
-    return np.sqrt(-np.log1p(-n))
+def densest(gas: Any) -> float:
+    """The largest number below the density of packing."""
+    return math.nextafter(gas.packing_density(), 0.0)
 
 
 def bisect(function: Callable, target: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -210,15 +229,6 @@ def bisect(function: Callable, target: np.ndarray, low: np.ndarray, high: np.nda
         below = function(middle) < target
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     return 0.5 * (low + high)
-
-
-def _integral(integrand: Callable, top: float, start: float) -> Chebyshev:
-    """The integral of integrand(n) dn as a series in r on [0, top], zero at r = start."""
-
-    def in_r(r):
-        return 2.0 * r * np.exp(-r * r) * integrand(-np.expm1(-r * r))
-
-    return Chebyshev.interpolate(in_r, DEGREE, domain=[0.0, top]).integ(lbnd=start)
 
 
 def _energy(gas: Any, n: float) -> float:

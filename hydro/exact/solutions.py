@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydro.exact.riemann import Isentrope, PrimitiveState, bisect
+from hydro.state import bounds
 
 
 class LinearMode(NamedTuple):
@@ -87,7 +88,7 @@ class SimpleWave:
 
     The gas is isentropic, with temperature T0 where n = n0, and u is the integral of c dn/n from n0: every value of
     n travels at its own u + c, so n(x, t) = N(x - (u + c) t) until the crests overtake the troughs. Raises
-    ValueError for densities outside (0, 1) and for times outside 0 <= t < breaking_time.
+    ValueError for densities not between 0 and that of packing, and for times outside 0 <= t < breaking_time.
     """
 
     gas: Any
@@ -98,8 +99,8 @@ class SimpleWave:
 
     def __post_init__(self):
         lowest, highest = self._extremes
-        if not 0.0 < lowest <= highest < 1.0:
-            raise ValueError(f"densities from {lowest} to {highest} are not inside (0, 1)")
+        if not 0.0 < lowest <= highest < self.gas.packing_density():
+            raise ValueError(f"densities from {lowest} to {highest} are not in {bounds(self.gas)}")
 
     @cached_property
     def isentrope(self) -> Isentrope:

@@ -4,9 +4,12 @@ Hard disks have no energy scale of their own, so temperature enters only by powe
 
     p = n T Z(n),    kappa = k(n) T^(1/2),    I = q(n) T^(3/2)
 
-Toward close packing the gaps between disks vanish, and Z, k and q diverge like 1/(1-n). A closure gives the factors
-(1-n) Z, (1-n) k and (1-n) q, which are smooth up to n = 1, and their slopes in n; all else follows here. Steady states
-use the factors themselves: their 1-n may be far below what n can resolve.
+Toward the density n_p at which the gas packs, the gaps between disks vanish, and Z, k and q diverge like one over
+gap = 1 - n/n_p. A closure gives n_p, the factors gap Z, gap k and gap q, which are smooth up to n = n_p, and their
+slopes in n; all else follows here. Steady states use the factors themselves: their gap may be far below what n can
+resolve. A closure that never packs has n_p = inf and gap = 1.
+
+Which constants a closure has is its own affair: nobody else reads them.
 
 Viscosities are those that kinetic theory gives for the conductivity. With y = Z - 1, Enskog's theory of elastic disks
 (Gass, J. Chem. Phys. 54, 1898, 1971; the elastic limit of Jenkins and Richman, Phys. Fluids 28, 3485, 1985) has
@@ -22,7 +25,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -39,22 +42,23 @@ class Closure(Protocol):
     and gives the methods that are listed first; all take and return numbers or arrays of one shape.
     """
 
-    @property
-    def L(self) -> float: ...  # collisional loss
-
-    @property
-    def K(self) -> float: ...  # conduction
-
-    def packing_density(self): ...  # where Z diverges; inf where it does not
-    def pressure_factor(self, n): ...  # (1-n) Z
+    def packing_density(self) -> float: ...  # n_p, where Z diverges; inf where it does not
+    def pressure_factor(self, n): ...  # gap Z
     def pressure_factor_slope(self, n): ...  # d/dn of it
     def density(self, p, T): ...  # n(p, T)
     def mean_free_path(self, n): ...  # over the grain diameter
-    def conductivity_factor(self, n): ...  # (1-n) k
+    def conductivity_factor(self, n): ...  # gap k
     def conductivity_factor_slope(self, n): ...
-    def cooling_factor(self, n): ...  # (1-n) q
+    def cooling_factor(self, n): ...  # gap q
     def cooling_factor_slope(self, n): ...
 
+    # These have defaults in `HardDisks` that a closure may replace.
+    def conducts(self) -> bool: ...
+    def reduced(self) -> Reduced: ...
+    def parameters(self) -> tuple[str, ...]: ...
+    def with_parameter(self, name: str, value: float) -> Closure: ...
+
+    def gap(self, n): ...
     def compressibility(self, n): ...
     def compressibility_slope(self, n): ...
     def conductivity_coefficient(self, n): ...
@@ -75,13 +79,32 @@ class Closure(Protocol):
     def cooling_slopes(self, n, T): ...
 
 
+def described(gas: Closure) -> str:
+    """The parameters of a gas and their values in words; its constants where it has no parameters."""
+    values = gas._asdict()  # type: ignore[attr-defined]
+    return ", ".join(f"{name} = {values[name]:g}" for name in gas.parameters() or values)
+
+
+class Reduced(NamedTuple):
+    """A gas whose kappa is `conduction`, and whose I is `conduction` times `loss`, times those of `gas`.
+
+    At uniform pressure its steady densities are those of `gas` in a box that is loss^(1/2) times as long.
+    """
+
+    gas: Any
+    conduction: float
+    loss: float
+
+
 class HardDisks:
     """Thermodynamics and derivatives that follow from a closure's factors.
 
     All arguments and results are scalars or arrays of one shape, in scaled units. Nothing is checked:
-    outside 0 < n < 1, T > 0 the results have no meaning.
+    outside 0 < n < n_p, T > 0 the results have no meaning.
     """
 
+    _replace: Callable  # of the NamedTuple
+    packing_density: Callable
     pressure_factor: Callable
     pressure_factor_slope: Callable
     conductivity_factor: Callable
@@ -89,29 +112,50 @@ class HardDisks:
     cooling_factor: Callable
     cooling_factor_slope: Callable
 
+    def conducts(self):
+        """Whether heat is conducted at all; without it no heat comes from walls, and none is lost in collisions."""
+        return True
+
+    def reduced(self):
+        """The gas without factors of its conduction and cooling that only set scales: here, none are known."""
+        return Reduced(self, 1.0, 1.0)
+
+    def parameters(self):
+        """Names of the constants that a branch of steady states may be followed in."""
+        return ()
+
+    def with_parameter(self, name, value):
+        """The same gas with another value of one of its `parameters`."""
+        return self._replace(**{name: value})
+
+    def gap(self, n):
+        """1 - n/n_p."""
+        return 1.0 - n / self.packing_density()
+
     def compressibility(self, n):
         """Z = p/(n T)."""
-        return self.pressure_factor(n) / (1.0 - n)
+        return self.pressure_factor(n) / self.gap(n)
 
     def compressibility_slope(self, n):
         """dZ/dn."""
-        return (self.pressure_factor_slope(n) + self.pressure_factor(n) / (1.0 - n)) / (1.0 - n)
+        return (self.pressure_factor_slope(n) + self.compressibility(n) / self.packing_density()) / self.gap(n)
 
     def conductivity_coefficient(self, n):
         """k = kappa/T^(1/2)."""
-        return self.conductivity_factor(n) / (1.0 - n)
+        return self.conductivity_factor(n) / self.gap(n)
 
     def conductivity_coefficient_slope(self, n):
         """dk/dn."""
-        return (self.conductivity_factor_slope(n) + self.conductivity_factor(n) / (1.0 - n)) / (1.0 - n)
+        dense = self.conductivity_coefficient(n) / self.packing_density()
+        return (self.conductivity_factor_slope(n) + dense) / self.gap(n)
 
     def cooling_coefficient(self, n):
         """q = I/T^(3/2)."""
-        return self.cooling_factor(n) / (1.0 - n)
+        return self.cooling_factor(n) / self.gap(n)
 
     def cooling_coefficient_slope(self, n):
         """dq/dn."""
-        return (self.cooling_factor_slope(n) + self.cooling_factor(n) / (1.0 - n)) / (1.0 - n)
+        return (self.cooling_factor_slope(n) + self.cooling_coefficient(n) / self.packing_density()) / self.gap(n)
 
     def pressure(self, n, T):
         """p(n, T), Eq. (state)."""
@@ -153,8 +197,8 @@ class HardDisks:
 
     def viscosities(self, n, T):
         """(shear, bulk) viscosity: the conductivity times the ratios of kinetic theory, 0.21 to 0.25 and 0 to 0.36."""
-        gap = 1.0 - n
-        y = self.pressure_factor(n) - gap  # (1-n) (Z-1)
+        gap = self.gap(n)
+        y = self.pressure_factor(n) - gap  # gap (Z-1)
         unit = 0.25 * self.conductivity(n, T) / (gap * gap + 1.5 * gap * y + CONDUCTIVE * y * y)
         return unit * (gap * gap + gap * y + SHEAR * y * y), unit * BULK * y * y
 

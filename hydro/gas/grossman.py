@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydro.gas.closure import CLOSURES, HardDisks
+from hydro.gas.closure import CLOSURES, HardDisks, Reduced
 from hydro.jit import compiled_methods
 
 A = 1.0 - math.sqrt(3.0 / 8.0)  # the number a of Eq. (meanfree)
@@ -32,6 +32,18 @@ class Grossman(GrossmanConstants, HardDisks):
     def packing_density(self):
         """Density at which the gas packs: n_c, the unit."""
         return 1.0
+
+    def conducts(self):
+        """Whether K > 0."""
+        return self.K > 0.0
+
+    def reduced(self):
+        """The gas with K = L = 1."""
+        return Reduced(self._replace(K=1.0, L=1.0), self.K, self.L)
+
+    def parameters(self):
+        """A branch may be followed in L."""
+        return ("L",)
 
     def pressure_factor(self, n):
         """(1-n) Z = 1+n, Eq. (state)."""

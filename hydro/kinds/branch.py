@@ -13,7 +13,6 @@ from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
-from scipy.special import expit
 
 from hydro.check.regime import Place, regime
 from hydro.deck import BranchDeck, dumps
@@ -25,14 +24,8 @@ from hydro.output.checkpoint import Checkpoint, write_checkpoint
 from hydro.output.folder import RunFolder
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.steady.balance import Balance
-from hydro.steady.continuation import (
-    PARAMETERS,
-    ExtendedBranch,
-    Family,
-    Point,
-    fold_between,
-    follow,
-)
+from hydro.steady.bifurcation import ExtendedBranch
+from hydro.steady.continuation import Family, Point, fold_between, follow
 from hydro.steady.growth import growth_of
 from hydro.steady.localized import SteadyState, chain, unit_cell
 
@@ -123,7 +116,7 @@ class Survey:
     def bifurcation(self, found: Point, branch: str) -> dict[str, Any]:
         """The entry of a bifurcation whose first state is not known yet."""
         mesh = self.family.base.mesh
-        on_wall = wall_profile(expit(-found.vector[:-2]).reshape(mesh.cells), mesh)
+        on_wall = wall_profile(self.family.at(found.vector[-1]).density(found.vector[:-1]), mesh)
         return self.place(found.value) | {"branch": branch, "direction": "unknown", "wall_max": float(on_wall[0])}
 
     def direction(self, row: dict[str, Any]) -> str:
@@ -168,7 +161,7 @@ class Survey:
     def steady(self, vector: np.ndarray, wave: int) -> SteadyState:
         """The state of the whole box at a vector of the family."""
         cell = self.family.at(vector[-1]).mesh
-        whole = PARAMETERS[self.deck.branch.parameter](self.whole, math.exp(vector[-1]) * self.per_box)
+        whole = self.whole.with_parameter(self.deck.branch.parameter, math.exp(vector[-1]) * self.per_box)
         unknowns = chain(vector[:-1], cell, whole.mesh, shifted=False)
         return SteadyState(whole, wave, unknowns, 0, 0.0)
 

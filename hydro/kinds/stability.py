@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from itertools import product
 from typing import Any
@@ -14,14 +13,13 @@ from hydro.deck import StabilityDeck, dumps
 from hydro.driver.progress import counted
 from hydro.driver.trackers import StopOnSignal
 from hydro.errors import HydroError
-from hydro.gas import CLOSURES, Closure
+from hydro.gas import CLOSURES, Closure, Grossman
 from hydro.output.folder import RunFolder
 from hydro.steady.extended import extended_state
 from hydro.steady.marginal import critical_aspect_ratio, tongue
 
 SECONDS_PER_STATE = 0.02  # a guess, good to a factor of two or three on one core of a current processor
 SECONDS_PER_TONGUE = 1.0
-LARGE_LOSS = 144.83  # Delta_min L^(1/2) at large L, for the paper's alpha
 
 
 def gas_of(deck: StabilityDeck, L: float) -> Closure:
@@ -59,7 +57,7 @@ def _fill(summary: dict[str, Any], deck: StabilityDeck, stop: StopOnSignal, titl
     places = list(product(wanted.L, wanted.area_fractions))
     for L, f in counted(places, title, quiet):
         stop.check(f"before L = {L:g}, f = {f:g}")
-        summary["rows"] += rows(gas_of(deck, L), f, wanted.walls, wanted.waves)
+        summary["rows"] += [{"L": L, **row} for row in rows(gas_of(deck, L), f, wanted.walls, wanted.waves)]
     for L, wall in counted(list(product(wanted.L, wanted.walls)), f"{title}, tongues", quiet):
         stop.check(f"before the tongue at L = {L:g}, {wall} wall")
         found = tongue(gas_of(deck, L), wall)
@@ -73,28 +71,35 @@ def rows(gas: Closure, f: float, walls: tuple[str, ...], waves: tuple[int, ...])
     for wall in walls:
         first = critical_aspect_ratio(state, wall)
         for m in waves:
-            place = {"L": gas.L, "f": f, "wall": wall, "m": m}
+            place = {"f": f, "wall": wall, "m": m}
             found.append({**place, "aspect_ratio": first.times(m).aspect_ratio, "error": first.times(m).error})
     return found
 
 
 def describe(deck: StabilityDeck) -> list[str]:
     """What the deck asks for, and what to expect."""
-    from hydro.steady.limits import dense_rate, dilute_end
-
     wanted = deck.stability
     states, tongues = len(wanted.L) * len(wanted.area_fractions), len(wanted.L) * len(wanted.walls)
     ratios = len(wanted.walls) * len(wanted.waves)
     lines = [
         f"{states} extended states, {ratios} critical aspect ratio{'' if ratios == 1 else 's'} for each, "
         f"and {tongues} tongues: about {states * SECONDS_PER_STATE + tongues * SECONDS_PER_TONGUE:.0f} s",
-        "for each L: depth 1/k over which a dense cluster changes, f_1 of Eq. (asymp), least Delta_1 of large L",
     ]
-    for L in wanted.L:
-        gas: Any = gas_of(deck, L)
-        least = f"about {LARGE_LOSS / math.sqrt(L):.3g}" if deck.gas.alpha == 1.15 else "not known for this alpha"
-        lines.append(f"L = {L:<10g} 1/k {1.0 / dense_rate(gas):<10.3g} f_1 {dilute_end(gas):<10.3g} Delta_min {least}")
-    return [*lines, *marked(deck)]
+    return [*lines, *limits_of([gas_of(deck, L) for L in wanted.L]), *marked(deck)]
+
+
+def limits_of(gases: list[Closure]) -> list[str]:
+    """What formulas say of the paper's closures, for each L."""
+    from hydro.steady.grossman_limits import dense_rate, dilute_end, least_aspect_ratio
+
+    papers = [gas for gas in gases if isinstance(gas, Grossman)]
+    lines = ["for each L: depth 1/k over which a dense cluster changes, f_1 of Eq. (asymp), least Delta_1 of large L"]
+    for gas in papers:
+        ratio = least_aspect_ratio(gas)
+        least = "not known for this alpha" if ratio is None else f"about {ratio:.3g}"
+        rate, end = dense_rate(gas), dilute_end(gas)
+        lines.append(f"L = {gas.L:<10g} 1/k {1.0 / rate:<10.3g} f_1 {end:<10.3g} Delta_min {least}")
+    return lines if papers else []
 
 
 def marked(deck: StabilityDeck) -> list[str]:

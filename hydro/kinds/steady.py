@@ -15,7 +15,7 @@ from hydro.output.checkpoint import Checkpoint, write_checkpoint
 from hydro.output.folder import RunFolder
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.state import State, inadmissible, worst_cell
-from hydro.steady import continuation  # noqa: F401  registers a search
+from hydro.steady import bifurcation  # noqa: F401  registers a search
 from hydro.steady.growth import Growth, growth_of, growth_rate, with_mode
 from hydro.steady.localized import SteadyState, steady_state
 

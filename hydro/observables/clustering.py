@@ -127,7 +127,7 @@ def peaks(line: np.ndarray) -> np.ndarray:
 def gas_density(state: State, wall) -> float:
     """Mean of n over the face x = 1, with the wall's temperature from its heat law."""
     mesh, density = state.mesh, state.density[-1]
-    if mesh.periodic[0] or state.gas.K == 0.0:
+    if mesh.periodic[0] or not state.gas.conducts():
         return float(density @ mesh.dy) / mesh.aspect_ratio
     _, temperature = wall_heat(state.gas, wall, density, state.temperature[-1], 0.5 * mesh.dx[-1])
     face = state.gas.density(state.pressure[-1], temperature)

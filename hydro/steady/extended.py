@@ -3,7 +3,7 @@
 With J = eps^(1/2) g, g = F dw/dxi, for the heat flux over p^(3/2) (see `uniform_pressure`), the equation
 dJ/dxi = eps^(1/2) Q becomes one of first order in w, because it does not name xi. For G = g^2
 
-    dG/dw + G = 2 F Q,    G(w0) = 0,    xi = int F dw/G^(1/2),    int n dxi = f L^(1/2) at xi = L^(1/2)
+    dG/dw + G = 2 F Q,    G(w0) = 0,    xi = int F dw/G^(1/2),    int n dxi = f length at xi = length
 
 where w0 is w at the elastic wall. So the state is two quadratures, and w0 the root of one equation. Nothing in them
 can overflow: e^w occurs only in functions that are smooth, and constant for w below -40 or so. With w = w0 + s^2 the
@@ -22,6 +22,9 @@ from numpy.polynomial import legendre
 from scipy.optimize import brentq
 
 from hydro.errors import RunFailed
+from hydro.gas.closure import described
+from hydro.gas.packing import log_void
+from hydro.state import bounds
 from hydro.steady.elements import evaluate, reference_element
 from hydro.steady.uniform_pressure import UniformPressure
 from hydro.walls import ThermalWall, VibratingWall
@@ -61,13 +64,13 @@ class ExtendedState:
 
     @property
     def w0(self) -> float:
-        """w = log(n_c/n - 1) at x=0."""
+        """w = log(1/n - 1/n_p) at x=0."""
         return self.profile.w0
 
     @property
     def length(self) -> float:
-        """Length of the box in units of xi, L^(1/2)."""
-        return math.sqrt(self.gas.L)
+        """Length of the box in units of xi."""
+        return UniformPressure.of(self.gas).length
 
     @property
     def degree(self) -> int:
@@ -91,7 +94,7 @@ class ExtendedState:
         return float(n[0]), float(n[1])
 
     def log_void_at(self, x):
-        """w = log(n_c/n - 1)."""
+        """w = log(1/n - 1/n_p)."""
         return self.profile.w0 + self._s_at(x) ** 2
 
     def density_at(self, x):
@@ -107,8 +110,9 @@ class ExtendedState:
         disks, w = UniformPressure.of(self.gas), float(self.profile.w[-1, -1])
         if isinstance(wall, ThermalWall):
             return float(wall.temperature / disks.temperature(w))
-        # kappa dT/dx = K p^(3/2) eps^(1/2) g L^(1/2) is to be K W p^(1/2) eps^(1/2) H, Eq. (wall1)
-        return float(wall.W * disks.wall_supply(w) / (self.profile.flux[-1, -1] * self.length))
+        # kappa dT/dx = conduction p^(3/2) eps^(1/2) g length is to be strength p^(1/2) eps^(1/2) H, Eq. (wall1)
+        supply = wall.strength / disks.conduction * disks.wall_supply(w)
+        return float(supply / (self.profile.flux[-1, -1] * disks.length))
 
     def knudsen_at(self, x, diameter: float):
         """Mean free path over the length on which T changes, for grains of the given diameter d/L_x.
@@ -131,7 +135,7 @@ class ExtendedState:
         return float(np.sum(element.weights * half * profile.xi_slope * function(profile.w)) / self.length)
 
     def _s_at(self, x):
-        """s, the root of xi(s) = x L^(1/2), by Newton's method on the polynomials of the elements."""
+        """s, the root of xi(s) = x length, by Newton's method on the polynomials of the elements."""
         profile, element = self.profile, reference_element(self.degree)
         wanted = np.clip(np.ravel(np.asarray(x, dtype=float)) * self.length, 0.0, profile.xi[-1, -1])
         k = np.clip(np.searchsorted(profile.xi[:, 0], wanted, side="right") - 1, 0, len(profile.xi) - 1)
@@ -161,19 +165,21 @@ def joined(values: np.ndarray) -> np.ndarray:
 
 
 def extended_state(gas: Any, f: float, degree: int = DEGREE, near: ExtendedState | None = None) -> ExtendedState:
-    """The extended state of mean density f, 0 < f < 1; L > 0 is that of the gas.
+    """The extended state of mean density f, below that of packing, of a gas that loses energy in collisions.
 
     `near` is a state close to it, if one is known. RunFailed, with what was tried, when no state is found.
     """
-    if not (0.0 < gas.L < math.inf and 0.0 < f < 1.0):
-        raise RunFailed(f"no extended state for L = {gas.L:g}, f = {f:g}: it needs L > 0 and 0 < f < 1")
-    search = Search(UniformPressure.of(gas), f, math.sqrt(gas.L), degree)
+    disks = UniformPressure.of(gas)
+    if not (0.0 < f < gas.packing_density() and 0.0 < disks.loss * disks.gas.cooling_factor(f) < math.inf):
+        needs = f"it needs losses in collisions and a mean density in {bounds(gas)}"
+        raise RunFailed(f"no extended state for {described(gas)}, f = {f:g}: {needs}")
+    search = Search(disks, f, degree)
     with np.errstate(all="ignore"):  # what is not a number fails below
         profile = search.profile(search.root(None if near is None else near.w0))
     length, mean = profile.xi[-1, -1] / search.length - 1.0, profile.mass[-1, -1] / (f * search.length) - 1.0
     if not max(abs(length), abs(mean)) <= CLOSED:
         raise RunFailed(
-            f"no extended state for L = {gas.L:g}, f = {f:g}: best is log(n_c/n - 1) = {profile.w0:.6g} at x=0, "
+            f"no extended state for {described(gas)}, f = {f:g}: best is w = {profile.w0:.6g} at x=0, "
             f"where the box's length is off by {length:.1e} and its mass by {mean:.1e}"
         )
     return ExtendedState(gas, f, profile)
@@ -182,13 +188,13 @@ def extended_state(gas: Any, f: float, degree: int = DEGREE, near: ExtendedState
 class Search:
     """Looks for the w0 at which the box of given length holds the given mass."""
 
-    def __init__(self, disks: UniformPressure, f: float, length: float, degree: int):
-        self.disks, self.f, self.length, self.degree = disks, f, length, degree
+    def __init__(self, disks: UniformPressure, f: float, degree: int):
+        self.disks, self.f, self.length, self.degree = disks, f, disks.length, degree
         self.tried: list[float] = []
 
     def root(self, guess: float | None) -> float:
         """w0. The mass falls as w0 rises: the densest place is x=0, so n(0) >= f bounds it from above."""
-        high = math.log(1.0 / self.f - 1.0)
+        high = float(log_void(self.disks.gas, self.f))
         low = above = min(high, high - 1.0 if guess is None else guess)
         step = 1e-3 * max(1.0, abs(low))
         while self.excess(above) > 0.0:
@@ -199,8 +205,8 @@ class Search:
             low, above, step = low - step, low, 4.0 * step
             if len(self.tried) > STEPS:
                 raise RunFailed(
-                    f"no extended state for L^(1/2) = {self.length:g}, f = {self.f:g}: "
-                    f"tried log(n_c/n - 1) at x=0 from {min(self.tried):.6g} to {max(self.tried):.6g}"
+                    f"no extended state for a box of length {self.length:g} and f = {self.f:g}: "
+                    f"tried w at x=0 from {min(self.tried):.6g} to {max(self.tried):.6g}"
                 )
         return brentq(self.excess, low, above, xtol=1e-15, rtol=4.0 * np.finfo(float).eps, maxiter=200)
 
@@ -210,9 +216,7 @@ class Search:
         profile = self._beyond(w0)
         mass = self._at_wall(profile, profile.mass)
         if not 0.0 < mass < math.inf:
-            raise RunFailed(
-                f"no extended state from log(n_c/n - 1) = {w0:.6g} at x=0: the box would hold a mass of {mass}"
-            )
+            raise RunFailed(f"no extended state from w = {w0:.6g} at x=0: the box would hold a mass of {mass}")
         return math.log(mass / (self.f * self.length))
 
     def profile(self, w0: float) -> Profile:
@@ -234,8 +238,8 @@ class Search:
                 return profile
             top += 5.0
         raise RunFailed(
-            f"no extended state from log(n_c/n - 1) = {w0:.6g} at x=0: followed to {top:.6g}, where "
-            f"{profile.xi[-1, -1]:.6g} of the box's length {self.length:.6g} (in units of L_x/L^(1/2)) is filled"
+            f"no extended state from w = {w0:.6g} at x=0: followed to {top:.6g}, where "
+            f"{profile.xi[-1, -1]:.6g} of the box's length {self.length:.6g} is filled"
         )
 
     def _extents(self, w0: float, top: float) -> np.ndarray:

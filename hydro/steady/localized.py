@@ -13,20 +13,21 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import expit, logit
 
 from hydro.errors import RunFailed
 from hydro.gas import Closure
+from hydro.gas.packing import density_at, log_void
 from hydro.mesh import Mesh
 from hydro.registry import Registry
 from hydro.state import State
 from hydro.steady.balance import Balance
-from hydro.steady.newton import NotConverged, Solution, relax, solve
+from hydro.steady.newton import Solution, relax, solve
+from hydro.steady.problem import NotConverged
 
 COARSEST = 16  # cells along a side on which a state is looked for; finer meshes refine it
 SEARCHED = 3  # meshes on which it is looked for: near a fold it may not exist on the coarsest
-PUSHES = (1.5, 0.5)  # of log(1/n - 1) toward one side, at the start
-UNIFORM = 1e-4  # variation of log(1/n - 1) along the wall x = 0 below which a state counts as uniform in y
+PUSHES = (1.5, 0.5)  # of w toward one side, at the start
+UNIFORM = 1e-4  # variation of w along the wall x = 0 below which a state counts as uniform in y
 
 SEARCHES: Registry[Callable[[Balance], Solution]] = Registry("search")
 
@@ -54,7 +55,7 @@ class SteadyState:
 
 def extended_solution(balance: Balance) -> Solution:
     """The state uniform in y, on a mesh with one cell in y; from a stripe of gas that relaxes."""
-    start = balance.unknowns(-logit(balance.area_fraction), guessed_pressure(balance))
+    start = balance.unknowns(log_void(balance.gas, balance.area_fraction), guessed_pressure(balance))
     return solve(balance, relax(balance, start))
 
 
@@ -157,7 +158,7 @@ def pushed(balance: Balance, push: float) -> np.ndarray:
     w = extended[:-1, None] - push * np.cos(np.pi * mesh.y / mesh.aspect_ratio)
 
     def excess(lift: float) -> float:
-        return mesh.integral(expit(-w - lift)) - balance.area_fraction * mesh.aspect_ratio
+        return mesh.integral(density_at(balance.gas, w + lift)) - balance.area_fraction * mesh.aspect_ratio
 
     return balance.unknowns(w + brentq(excess, -2.0 * push, 2.0 * push), np.exp(extended[-1]))
 
@@ -168,5 +169,5 @@ def guessed_pressure(balance: Balance) -> float:
 
 
 def variation(found: Solution, mesh: Mesh) -> float:
-    """Largest less smallest log(1/n - 1) in the row of cells at x = 0."""
+    """Largest less smallest w in the row of cells at x = 0."""
     return float(np.ptp(found.unknowns[:-1].reshape(mesh.cells)[0]))

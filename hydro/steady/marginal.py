@@ -6,7 +6,7 @@ A small change of the extended state, psi(x) cos(pi m y/Delta), is marginal when
 
 and at x=1 either d phi/dx = b phi with b = d log(eps^(1/2) H)/dx at the vibrating wall, Eq. (bound2), or phi = 0 at
 the thermal one. So kappa^2 is the largest eigenvalue of d^2/dx^2 - V, and there is a critical aspect ratio where it
-is positive. It is found on the elements of the extended state, in xi = x L^(1/2).
+is positive. It is found on the elements of the extended state, in their unit of length.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from scipy.optimize import brentq, minimize_scalar
 
 from hydro.errors import RunFailed
+from hydro.gas.closure import described
 from hydro.registry import Registry
 from hydro.steady.elements import ReferenceElement, reference_element
 from hydro.steady.extended import DENSE, ExtendedState, extended_state, joined
@@ -30,7 +31,7 @@ COARSE = 12  # degree of the second calculation, whose distance from the first e
 ITERATIONS = 80
 RESIDUAL = 1e-13  # of the eigenvalue problem, relative to its largest entry
 NOISE = 1e-8  # of the eigenfunction, relative to its peak: below it a sign means nothing
-LEAST_F, MOST_F = 1e-3, 0.98  # tongues are looked for between area fractions LEAST_F/L and MOST_F
+LEAST_F, MOST_F = 1e-3, 0.98  # tongues are looked for from area fractions LEAST_F/loss to MOST_F of packing
 SCAN = 56  # how many area fractions that look takes
 NEAR = 0.02  # half-width in log f of the polynomial that places a minimum, its number of points
 POINTS = 9
@@ -54,7 +55,7 @@ def thermal(state: ExtendedState) -> float | None:
 
 @dataclass(frozen=True)
 class Mode:
-    """The principal eigenfunction phi at the nodes x, its peak 1, and kappa^2 L_x^2/L."""
+    """The principal eigenfunction phi at the nodes x, its peak 1, and kappa^2 in the unit of length of the elements."""
 
     eigenvalue: float
     x: np.ndarray
@@ -105,13 +106,13 @@ def critical_aspect_ratio(state: ExtendedState, wall: str, wave: int = 1) -> Cri
 
 
 def tongue(gas: Any, wall: str, scan: int = SCAN) -> Tongue:
-    """The tongue m=1 of a gas of given L before the wall of the given kind.
+    """The tongue m=1 of a gas before the wall of the given kind.
 
     The reduced eigenvalue is looked at on `scan` area fractions: it has one peak in f, and no tongue means that the
     peak is not positive.
     """
     place = Eigenvalues(gas, wall)
-    grid = np.linspace(math.log(min(LEAST_F / gas.L, 1e-5)), math.log(MOST_F), scan)
+    grid = np.linspace(math.log(min(LEAST_F / place.loss, 1e-5)), math.log(MOST_F * densest(gas)), scan)
     heights = np.array([place.reduced(u) for u in grid])
     k = int(np.argmax(heights))
     inside, height = float(grid[k]), heights[k]
@@ -122,49 +123,56 @@ def tongue(gas: Any, wall: str, scan: int = SCAN) -> Tongue:
     ends = [*grid[(grid < inside) & (heights <= 0.0)][-1:], *grid[(grid > inside) & (heights <= 0.0)][:1]]
     if len(ends) < 2:
         raise RunFailed(
-            f"the tongue at L = {gas.L:g} before the {wall} wall reaches beyond "
+            f"the tongue at {described(gas)} before the {wall} wall reaches beyond "
             f"{math.exp(grid[0]):.3g} < f < {math.exp(grid[-1]):.3g}"
         )
     low, high = (brentq(place.reduced, min(u, inside), max(u, inside), xtol=1e-14) for u in ends)
     least, value = place.highest(low, high)
-    return Tongue(math.exp(low), math.exp(high), math.exp(least), aspect_ratio_of(value, math.sqrt(gas.L)))
+    return Tongue(math.exp(low), math.exp(high), math.exp(least), aspect_ratio_of(value, math.sqrt(place.loss)))
 
 
-def vanishing_loss(gas: Any, wall: str, low: float, high: float) -> tuple[float, float]:
-    """(L, f) at which the tongue m=1 before the wall of the given kind vanishes, for `low` < L < `high`.
+def densest(gas: Any) -> float:
+    """Up to where tongues are looked for: the density of packing, or n_c if the closure never packs."""
+    packed = gas.packing_density()
+    return packed if packed < math.inf else 1.0
 
-    RunFailed if it does not do so between them.
+
+def vanishing_tongue(gas: Any, parameter: str, wall: str, low: float, high: float) -> tuple[float, float]:
+    """(value, f) at which the tongue m=1 before the wall of the given kind vanishes, as a parameter of the gas grows.
+
+    RunFailed if it does not do so for `low` < value < `high`.
     """
-    around = np.log([1e-3, 0.7])
+    around = np.log([1e-3 * densest(gas), 0.7 * densest(gas)])
 
     def height(u: float) -> float:
-        return Eigenvalues(gas._replace(L=math.exp(u)), wall).peak(*around)[1]
+        return Eigenvalues(gas.with_parameter(parameter, math.exp(u)), wall).peak(*around)[1]
 
     bounds = math.log(low), math.log(high)
     below, above = height(bounds[0]), height(bounds[1])
     if not below < 0.0 < above:
-        raise RunFailed(f"the tongue before the {wall} wall does not vanish between L = {low:g} and L = {high:g}")
-    loss = math.exp(brentq(height, *bounds, xtol=1e-10))
-    return loss, math.exp(Eigenvalues(gas._replace(L=loss), wall).peak(*around)[0])
+        ends = f"{parameter} = {low:g} and {parameter} = {high:g}"
+        raise RunFailed(f"the tongue before the {wall} wall does not vanish between {ends}")
+    value = math.exp(brentq(height, *bounds, xtol=1e-10))
+    return value, math.exp(Eigenvalues(gas.with_parameter(parameter, value), wall).peak(*around)[0])
 
 
 class Eigenvalues:
     """The largest kappa^2 of a gas as a function of u = log f."""
 
     def __init__(self, gas: Any, wall: str):
-        self.gas, self.wall = gas, wall
+        self.gas, self.wall, self.loss = gas, wall, UniformPressure.of(gas).loss
 
     def at(self, u: float) -> float:
-        """kappa^2 L_x^2/L."""
+        """kappa^2 in units of loss/L_x^2."""
         return principal_mode(extended_state(self.gas, math.exp(u)), self.wall).eigenvalue
 
     def reduced(self, u: float) -> float:
-        """kappa^2 over f^3/(1 + L^(3/2) f^3), which has one peak in f.
+        """kappa^2 over f^3/(1 + loss^(3/2) f^3), which has one peak in f.
 
         Before the vibrating wall kappa^2 fades like -f^3 in the dilute limit, so that a tongue which does not rise
         above zero would be overlooked; before the thermal wall kappa^2/f^3 rises at the other end.
         """
-        return self.at(u) * (math.exp(-3.0 * u) + self.gas.L**1.5)
+        return self.at(u) * (math.exp(-3.0 * u) + self.loss**1.5)
 
     def peak(self, low: float, high: float) -> tuple[float, float]:
         """Place and height of the peak of the reduced kappa^2 between low and high."""
@@ -201,7 +209,8 @@ def principal_mode(state: ExtendedState, wall: str) -> Mode:
     phi = problem.principal()
     phi /= phi[np.argmax(np.abs(phi))]
     if phi.min() < -NOISE:
-        raise RunFailed(f"marginal stability at L = {state.gas.L:g}, f = {state.f:g}: not the principal mode was found")
+        place = f"{described(state.gas)}, f = {state.f:g}"
+        raise RunFailed(f"marginal stability at {place}: not the principal mode was found")
     return Mode(-problem.quotient(phi), problem.x, phi)
 
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import dct
-from scipy.special import expit, logit
 
 from hydro.errors import RunFailed
+from hydro.gas.packing import density_at, log_void
 from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.steady.balance import Balance
@@ -56,12 +56,13 @@ def nearest(balance: Balance, state: State, waves: Iterable[int]) -> tuple[Stead
 
 
 def candidates(state: State) -> list[int]:
-    """Numbers of half-waves to try: none, and those strongest in log(1/n - 1) along the wall x = 0, if they fit."""
+    """Numbers of half-waves to try: none, and those strongest in log(1/n - 1/n_p) along the wall x = 0, if they fit."""
     mesh = state.mesh
-    strength = np.abs(dct(logit(state.density[0])))
+    w = log_void(state.gas, state.density[0])
+    strength = np.abs(dct(w))
     if mesh.periodic[1]:
         strength = np.zeros(mesh.cells[1])
-        strength[::2] = np.abs(np.fft.rfft(logit(state.density[0])))[: strength[::2].size]
+        strength[::2] = np.abs(np.fft.rfft(w))[: strength[::2].size]
     fitting = [wave for wave in range(1, mesh.cells[1]) if fits(wave, mesh)]
     return [0, *sorted(fitting, key=lambda wave: -strength[wave])[:CANDIDATES]]
 
@@ -81,7 +82,7 @@ def carried(balance: Balance, steady: State, wave: int) -> SteadyState:
     """
     mesh = balance.mesh
     cell = unit_cell(mesh, wave)
-    known = np.append(-logit(steady.density), np.log(steady.pressure.mean()))
+    known = np.append(log_void(balance.gas, steady.density), np.log(steady.pressure.mean()))
     found = solve(balance.on(cell), interpolated(known, steady.mesh, cell))
     unknowns = chain(found.unknowns, cell, mesh, shifted=False)
     return SteadyState(balance, wave, unknowns, found.iterations, found.residual)
@@ -110,7 +111,7 @@ def aligned(state: State, steady: SteadyState) -> tuple[State, float]:
     if not mesh.periodic[1] or steady.wave == 0:
         return state, 0.0
     shift = place(steady.state.density, mesh, steady.wave) - place(state.density, mesh, steady.wave)
-    n = expit(translated(logit(state.density), mesh, shift))
+    n = density_at(state.gas, translated(log_void(state.gas, state.density), mesh, shift))
     T = np.exp(translated(np.log(state.temperature), mesh, shift))
     velocity = tuple(translated(component, mesh, shift) for component in state.velocity)
     return State.of(state.gas, mesh, n, T, velocity, state.time), shift

@@ -7,63 +7,57 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydro.errors import RunFailed
-from hydro.steady.balance import Balance
 from hydro.steady.linear import Bordered, Singular
 from hydro.steady.operators import diagonal
+from hydro.steady.problem import NotConverged, Problem
 
 ITERATIONS = 40
-LOWEST = -30.0  # of log(1/n - 1): closer to close packing n is a number too coarse to work with
-CLOSE = 1e-8  # a step of w and log p after which the error is round-off
+CLOSE = 1e-8  # a step of the unknowns after which the error is round-off
 STALLED = 100.0  # round-offs that a residual may be left with when no step makes it smaller
-LONGEST_STEP = 2.0  # of w or log p in one iteration
+LONGEST_STEP = 2.0  # of any unknown in one iteration
 SHORTEST_SHARE = 1e-3  # of a step, before the line search gives up
 DESCENT = 0.1
 
 RELAXATIONS = 400
 FIRST_TIME_STEP, LAST_TIME_STEP = 0.03, 300.0  # in cooling times of the mean gas
-CALM = 0.5  # a change of w in one relaxation step that asks for a longer one
+CALM = 0.5  # a change of the unknowns in one relaxation step that asks for a longer one
 STORMY = 3.0  # and one that asks for a repetition with a shorter one
-PRESSURE_STEP = 2.0  # of log p, in one relaxation step
+BORDER_STEP = 2.0  # of the unknowns coupled to all, in one relaxation step
 SETTLED = 0.02
 
 
 class Solution(NamedTuple):
-    """Unknowns (cells + 1,), iterations taken, largest residual relative to `Balance.scale`."""
+    """Unknowns (N + k,), iterations taken, largest residual relative to its scale."""
 
     unknowns: np.ndarray
     iterations: int
     residual: float
 
 
-class NotConverged(RunFailed):
-    """Newton's method found no steady state from its start; says how far it got."""
-
-
-def solve(balance: Balance, start: np.ndarray) -> Solution:
+def solve(problem: Problem, start: np.ndarray) -> Solution:
     """The steady state near `start`; NotConverged where there seems to be none."""
-    refuse_packed(balance, start)
-    u, scale = start, balance.scale(start)
-    residual = balance.residual(u)
+    problem.refuse(start)
+    u, scale = start, problem.scale(start)
+    residual = problem.residual(u)
     for iteration in range(1, ITERATIONS + 1):
         try:
-            step = newton_step(balance, u, residual)
+            step = newton_step(problem, u, residual)
         except Singular:
             break
         size = float(np.max(np.abs(step)))
-        share = line_search(lambda v: norm(balance.residual(v), scale), u, step, norm(residual, scale))
+        share = line_search(lambda v: norm(problem.residual(v), scale), u, step, norm(residual, scale))
         if not np.isfinite(size):
             break
         u = u + share * step
-        residual = balance.residual(u)
-        digits = float(np.max(np.abs(residual) / balance.round_off(u)))
+        residual = problem.residual(u)
+        digits = float(np.max(np.abs(residual) / problem.round_off(u)))
         if size < CLOSE or digits < 1.0 or (share < 1.0 and digits < STALLED):
-            return Solution(u, iteration, float(np.max(np.abs(residual / balance.scale(u)))))
+            return Solution(u, iteration, float(np.max(np.abs(residual / problem.scale(u)))))
         if share < SHORTEST_SHARE:
             break
     raise NotConverged(
-        f"no steady state found from here: after {iteration} Newton iterations on {balance.mesh.cells[0]} x "
-        f"{balance.mesh.cells[1]} cells the residual is {np.max(np.abs(residual / scale)):.2g} of the mean cooling"
+        f"no steady state found from here: after {iteration} Newton iterations on {problem.place} "
+        f"the residual is {np.max(np.abs(residual / scale)):.2g} of what it is to be small against"
     )
 
 
@@ -72,10 +66,9 @@ def norm(residual: np.ndarray, scale: np.ndarray) -> float:
     return float(np.sqrt(np.mean((residual / scale) ** 2)))
 
 
-def newton_step(balance: Balance, u: np.ndarray, residual: np.ndarray) -> np.ndarray:
+def newton_step(problem: Problem, u: np.ndarray, residual: np.ndarray) -> np.ndarray:
     """The change of u that would cancel the residual, were it linear."""
-    matrix, in_log_p, mass = balance.slopes(u)
-    return Bordered(matrix, in_log_p[:, None], mass[None, :], np.zeros((1, 1))).solve(-residual)
+    return Bordered(*problem.slopes(u)).solve(-residual)
 
 
 def line_search(merit: Callable[[np.ndarray], float], u: np.ndarray, step: np.ndarray, before: float) -> float:
@@ -89,19 +82,7 @@ def line_search(merit: Callable[[np.ndarray], float], u: np.ndarray, step: np.nd
     return share
 
 
-def refuse_packed(balance: Balance, u: np.ndarray) -> None:
-    """NotConverged where 1-n falls below what the cells can tell apart."""
-    lowest = int(np.argmin(u[:-1]))
-    if u[lowest] < LOWEST:
-        i, j = np.unravel_index(lowest, balance.mesh.cells)
-        raise NotConverged(
-            f"no steady state found on {balance.mesh.cells[0]} x {balance.mesh.cells[1]} cells: 1-n falls below "
-            f"{np.exp(LOWEST):.0e} at x = {balance.mesh.x[i]:.3g}, y = {balance.mesh.y[j]:.3g}; "
-            "smaller f or L avoid that"
-        )
-
-
-def relax(balance: Balance, start: np.ndarray) -> np.ndarray:
+def relax(problem: Problem, start: np.ndarray) -> np.ndarray:
     """Follow the gas from `start` to where it settles, by pseudo-transient continuation.
 
     Cells that are heated more than cooled expand, the others contract, at a pressure that keeps the mass: implicit
@@ -110,21 +91,21 @@ def relax(balance: Balance, start: np.ndarray) -> np.ndarray:
     """
     u, dt = start, FIRST_TIME_STEP
     for _ in range(RELAXATIONS):
-        refuse_packed(balance, u)
-        matrix, in_log_p, mass = balance.slopes(u)
-        capacity = balance.scale(u)[0] / balance.areas.mean() * (-mass) / balance.area_fraction
-        inertia = diagonal(capacity / dt)
+        problem.refuse(u)
+        slopes = problem.slopes(u)
+        inertia = diagonal(problem.capacity(u) / dt)
         try:
-            bordered = Bordered((matrix - inertia).tocsc(), in_log_p[:, None], mass[None, :], np.zeros((1, 1)))
-            step = bordered.solve(-balance.residual(u))
+            bordered = Bordered((slopes.matrix - inertia).tocsc(), *slopes[1:])
+            step = bordered.solve(-problem.residual(u))
         except Singular:
             dt *= 0.25
             continue
-        size = float(np.max(np.abs(step[:-1])))
+        count = slopes.matrix.shape[0]
+        size = float(np.max(np.abs(step[:count])))
         if not size < STORMY:
             dt *= 0.25
             continue
-        step[-1] = np.clip(step[-1], -PRESSURE_STEP, PRESSURE_STEP)
+        step[count:] = np.clip(step[count:], -BORDER_STEP, BORDER_STEP)
         u = u + step
         if size < SETTLED and dt >= LAST_TIME_STEP:
             return u

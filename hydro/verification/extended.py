@@ -18,7 +18,7 @@ from scipy.optimize import brentq, root
 from hydro.errors import RunFailed
 from hydro.gas import Grossman
 from hydro.steady.extended import ExtendedState, Search, extended_state
-from hydro.steady.limits import (
+from hydro.steady.grossman_limits import (
     dense_log_void,
     dense_rate,
     dense_start,
@@ -119,7 +119,7 @@ def second_method(full: bool) -> Findings:
     worst, rows = np.zeros(5), []
     for L, f in states(full):
         state, shot = extended_state(Grossman(L, K), f), shoot(L, f)
-        ours = [state.w0, *state.wall_density, state.pressure(VibratingWall(W)), state.pressure(ThermalWall(HOT))]
+        ours = [state.w0, *state.wall_density, state.pressure(VibratingWall(K * W)), state.pressure(ThermalWall(HOT))]
         theirs = [shot.start, *shot.wall_densities(), *shot.pressures(L)]
         off = np.abs(np.array(ours) / np.array(theirs) - 1.0)
         worst = np.maximum(worst, off)
@@ -162,7 +162,7 @@ def whole_range(full: bool) -> Findings:
 
 def rises(L: float) -> int:
     """How often the mass fails to fall as w(0) rises, from boxes of f = 0.95 to those of f = 1e-5."""
-    search = Search(UniformPressure.of(Grossman(L, K)), 0.5, math.sqrt(L), 14)
+    search = Search(UniformPressure.of(Grossman(L, K)), 0.5, 14)
     low = extended_state(Grossman(L, K), 0.95).w0
     masses = [search.excess(w) for w in np.linspace(low, math.log(1e5), 400).tolist()]
     return int(np.sum(np.diff(masses) >= 0.0))
@@ -177,7 +177,7 @@ def two_walls(full: bool) -> Findings:
     state = extended_state(gas, f)
     x = np.linspace(0.0, 1.0, 21)
     densities, budgets = [], []
-    for wall in (VibratingWall(W), ThermalWall(HOT)):
+    for wall in (VibratingWall(K * W), ThermalWall(HOT)):
         densities.append(by_temperature(gas, f, wall, state, x))
         budgets.append(budget(gas, wall, state))
     names = ("vibrating", "thermal")
@@ -211,7 +211,7 @@ def by_temperature(gas: Grossman, f: float, wall, like: ExtendedState, x: np.nda
         n, (T, q, mass) = march(unknowns, [1.0])
         if isinstance(wall, ThermalWall):
             return [math.log(mass / f), math.log(T / wall.temperature)]
-        return [math.log(mass / f), math.log(q / (gas.K * wall.W * n[-1] * math.sqrt(T)))]
+        return [math.log(mass / f), math.log(q / (wall.strength * n[-1] * math.sqrt(T)))]
 
     p = like.pressure(wall)
     start = np.log([float(like.temperature_at(0.0, wall)), p]) + np.array([0.02, -0.02])  # not right at the answer
@@ -229,7 +229,7 @@ def budget(gas: Grossman, wall, state: ExtendedState) -> float:
     slope = float(np.array([25.0, -48.0, 36.0, -16.0, 3.0]) @ T) / (12.0 * h)
     given = float(gas.conductivity(state.density_at(1.0), T[0]) * slope)
     if isinstance(wall, VibratingWall):
-        given = gas.K * wall.W * float(state.density_at(1.0)) * math.sqrt(T[0])
+        given = wall.strength * float(state.density_at(1.0)) * math.sqrt(T[0])
     return abs(given / lost - 1.0)
 
 

@@ -197,11 +197,11 @@ def friction(full: bool) -> Findings:
 class CellValueWall(NamedTuple):
     """The vibrating wall with density and temperature of the last cell in place of those at the face."""
 
-    W: float
+    strength: float
 
     def face(self, gas, n, T, half_width, guess):
         """(heat flux into the gas, wall temperature), as for the walls of the solver."""
-        return gas.K * self.W * n * np.sqrt(T), T
+        return self.strength * n * np.sqrt(T), T
 
 
 class Extended(NamedTuple):
@@ -209,7 +209,7 @@ class Extended(NamedTuple):
 
     density: Any
     temperature: Any
-    W: float
+    strength: float
 
 
 def extended_state(gas: Any, n0: float, p: float) -> Extended:
@@ -228,8 +228,8 @@ def extended_state(gas: Any, n0: float, p: float) -> Extended:
         return solution.sol(x.ravel())[0].reshape(x.shape)
 
     T, flux = solution.y[:, -1]
-    W = flux / (gas.K * gas.density(p, T) * math.sqrt(T))
-    return Extended(lambda x: gas.density(p, temperature(x)), temperature, float(W))
+    strength = flux / (gas.density(p, T) * math.sqrt(T))
+    return Extended(lambda x: gas.density(p, temperature(x)), temperature, float(strength))
 
 
 class WallErrors(NamedTuple):
@@ -290,9 +290,9 @@ def vibrating_wall(full: bool) -> Findings:
     also, for comparison, a wall law that takes the values of the last cell instead of those at the face.
     """
     exact = extended_state(DRIVEN, 0.2, 0.3)
-    walls: dict[str, Any] = {"vibrating": WALLS["vibrating"](exact.W)}
+    walls: dict[str, Any] = {"vibrating": WALLS["vibrating"](exact.strength)}
     if full:
-        walls["values of the last cell"] = CellValueWall(exact.W)
+        walls["values of the last cell"] = CellValueWall(exact.strength)
     return wall_convergence(walls, exact)
 
 

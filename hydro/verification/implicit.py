@@ -28,7 +28,7 @@ from hydro.verification.waves import along_a_line, simple_wave
 from hydro.walls import VibratingWall
 
 TOPIC = "The implicit integrator"
-GAS, WALL, TAU = Grossman(L=5e4, K=2e-3), VibratingWall(114.0), 200.0
+GAS, WALL, TAU = Grossman(L=5e4, K=2e-3), VibratingWall(strength=0.228), 200.0
 F, DELTA = 0.0235, 2.0
 TIMES = (100.0, 500.0, 1000.0, 1290.0)
 DEFAULT = 3e-4  # tolerance

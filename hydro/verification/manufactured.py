@@ -25,8 +25,8 @@ from hydro.verification.march import l1, run
 from hydro.walls import VibratingWall
 
 TOPIC = "Manufactured solution"
-GAS, TAU, WALL = Grossman(L=200.0, K=0.05), 2.0, VibratingWall(3.0)
-SOLUTION = Manufactured(GAS, TAU, WALL.W, aspect_ratio=1.5)
+GAS, TAU, WALL = Grossman(L=200.0, K=0.05), 2.0, VibratingWall(strength=0.05 * 3.0)
+SOLUTION = Manufactured(GAS, TAU, WALL.strength, aspect_ratio=1.5)
 END = 0.2
 ORDER = 1.9
 COUNTS = (16, 32, 64)

@@ -18,13 +18,13 @@ from scipy.optimize import brentq
 
 from hydro.gas import Grossman
 from hydro.steady.extended import extended_state, integrate
-from hydro.steady.limits import dilute_aspect_ratio, dilute_end, growth_of_least_fraction
+from hydro.steady.grossman_limits import dilute_aspect_ratio, dilute_end, growth_of_least_fraction
 from hydro.steady.marginal import (
     Tongue,
     critical_aspect_ratio,
     principal_mode,
     tongue,
-    vanishing_loss,
+    vanishing_tongue,
 )
 from hydro.steady.uniform_pressure import UniformPressure
 from hydro.studies.orders import fitted_order
@@ -165,7 +165,7 @@ def vanishing(full: bool) -> Findings:
     tongue shrinks there; a ten-thousandth above and below it, what a search for the tongue gives."""
     claims, rows = [], []
     for wall, bounds in VANISHING.items():
-        L, f = vanishing_loss(gas(1.0), wall, *bounds)
+        L, f = vanishing_tongue(gas(1.0), "L", wall, *bounds)
         above, below = tongue(gas(1.0001 * L), wall), tongue(gas(0.9999 * L), wall)
         rows.append((wall, f"{L:.6g}", f"{f:.5g}", width(above), width(below)))
         claims.append(at_least(TOPIC, f"{wall} wall: f2-f1 just above", "there", width(above), 1e-4))

@@ -19,7 +19,8 @@ from hydro.mesh import Mesh
 from hydro.observables.clustering import wall_extremes
 from hydro.state import State
 from hydro.steady.balance import Balance
-from hydro.steady.continuation import ExtendedBranch, Family, Point, fold_between, follow
+from hydro.steady.bifurcation import ExtendedBranch
+from hydro.steady.continuation import Family, Point, fold_between, follow
 from hydro.steady.extended import extended_state
 from hydro.steady.growth import growth_of, lower_half, with_mode
 from hydro.steady.localized import extended_solution, steady_state
@@ -32,7 +33,7 @@ from hydro.walls import ThermalWall, VibratingWall
 
 TOPIC = "Localized steady states, growth rates and branches"
 GAS, TAU, F = Grossman(L=5e4, K=2e-3), 200.0, 0.0235
-VIBRATING, THERMAL = VibratingWall(114.0), ThermalWall(1.0)
+VIBRATING, THERMAL = VibratingWall(strength=GAS.K * 114.0), ThermalWall(1.0)
 
 
 def state_of(wave: int, cells: tuple[int, int], wall: Any = VIBRATING, stretch: float = 1.0, f: float = F):
@@ -85,7 +86,8 @@ def densities(full: bool) -> Findings:
     rows.append(("limit", f"{limit_high:.6f}", f"{limit_low:.6f}"))
     table = Table("Fig. 3a: densities on the wall x = 0.", ("cells", "largest", "smallest"), rows)
     l1_order = orders([1.0 / cells for cells in grids[:-1]], changes)[-1]
-    weak = state_of(1, (32, 32), VibratingWall(28.5)).state.density / state_of(1, (32, 32)).state.density
+    quarter = VibratingWall(strength=0.25 * VIBRATING.strength)
+    weak = state_of(1, (32, 32), quarter).state.density / state_of(1, (32, 32)).state.density
     walls = [extended_solution(Balance.of(GAS, wall, Mesh.rectangle((64, 1)), F)) for wall in (VIBRATING, THERMAL)]
     between = float(np.max(np.abs(np.expm1(walls[0].unknowns[:-1] - walls[1].unknowns[:-1]))))
     claims = (

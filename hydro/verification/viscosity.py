@@ -142,7 +142,7 @@ def convergence(full: bool) -> Findings:
 def made_up_errors(name: str, cells: int) -> list[float]:
     """L1 errors of the four conserved fields."""
     mesh = mesh_of(cells)
-    solution = Manufactured(SOLUTION.gas, SOLUTION.tau, SOLUTION.W, SOLUTION.aspect_ratio, viscosity=1.0)
+    solution = Manufactured(SOLUTION.gas, SOLUTION.tau, SOLUTION.strength, SOLUTION.aspect_ratio, viscosity=1.0)
     state = State(solution.gas, mesh, solution.conserved(mesh, 0.0))
     integrator = viscous(name, state.gas, WALL, mesh, tau=solution.tau, source=solution.source, **FREE[name])
     run(integrator, state, END, END / (2 * cells) if name == "lagrange-remap" else None)
@@ -211,7 +211,7 @@ def missing_energy(name: str) -> float:
     mesh = Mesh.rectangle((32, 64), 2.0)
     state = cosine(mesh)
     before = exact_sum(mesh, state.conserved[3])
-    given = run(viscous(name, GAS, VibratingWall(W), mesh, tau=TAU), state, 20.0)
+    given = run(viscous(name, GAS, VibratingWall(GAS.K * W), mesh, tau=TAU), state, 20.0)
     change = exact_sum(mesh, state.conserved[3]) - before
     missing = math.fsum([change, -given["wall"], given["collisions"], given["friction"]])
     return abs(missing) / max(map(abs, (before, change, *given.values())))
@@ -223,7 +223,7 @@ def mirror_difference(name: str) -> float:
     runs = [uneven(mesh), uneven(mesh)]
     runs[1].conserved = np.ascontiguousarray(sign * runs[1].conserved[:, :, ::-1])
     for state in runs:
-        run(viscous(name, GAS, VibratingWall(W), mesh, tau=TAU, **FREE[name]), state, 0.25, 5e-3)
+        run(viscous(name, GAS, VibratingWall(GAS.K * W), mesh, tau=TAU, **FREE[name]), state, 0.25, 5e-3)
     return float(np.max(np.abs(runs[0].conserved - sign * runs[1].conserved[:, :, ::-1])))
 
 

@@ -83,7 +83,7 @@ class Boundary:
 
     def __init__(self, gas: Closure, walls: Any, mesh: Mesh):
         self.gas, self.walls, self.mesh, self.sides = gas, Walls.of(walls), mesh, Sides.of(mesh)
-        self.heated = tuple(self._heated()) if conducts(gas) else ()
+        self.heated = tuple(self._heated()) if gas.conducts() else ()
 
     def _heated(self):
         mesh, sides = self.mesh, self.sides
@@ -128,15 +128,10 @@ class Boundary:
             side.rows[TEMPERATURE] = memory[f"wall_temperature_{side.name}"]
 
 
-def conducts(gas: Closure) -> bool:
-    """Whether heat is conducted in the gas: without that, walls give none."""
-    return gas.K > 0.0
-
-
 def wall_heat(gas: Closure, law: Any, density: np.ndarray, temperature: np.ndarray, half_width: float):
     """(heat flux, temperature) of the wall face, for cells beside it of density and temperature (m,); both (m,)."""
     rows = np.zeros((ROWS, density.size))
-    if hasattr(law, "face") and conducts(gas):
+    if hasattr(law, "face") and gas.conducts():
         fill_heat(law, gas, density, temperature, half_width, np.ones(density.size), rows)
         return rows[HEAT], rows[TEMPERATURE]
     return rows[HEAT], temperature.copy()

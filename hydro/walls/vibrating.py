@@ -15,14 +15,14 @@ TOLERANCE = 1e-8  # of the last of Newton's changes: the error left is of the or
 
 
 class VibratingWallConstants(NamedTuple):
-    """W = 0 is an elastic wall."""
+    """strength 0 is an elastic wall."""
 
-    W: float
+    strength: float  # (2/pi)^(1/2) A^2 omega^2/T_*, which decks call K W
 
 
 @compiled_methods
 class VibratingWall(VibratingWallConstants, HeatedFace):
-    """kappa dT/dx = K W n T^(1/2), Eq. (wall1) with q = (2/pi)^(1/2) A^2 omega^2 n T^(1/2)."""
+    """kappa dT/dx = strength n T^(1/2), Eq. (wall1) with q = (2/pi)^(1/2) A^2 omega^2 n T^(1/2)."""
 
     __slots__ = ()
 
@@ -46,7 +46,7 @@ class VibratingWall(VibratingWallConstants, HeatedFace):
             wall = newton
             if abs(change) <= TOLERANCE * wall:
                 break
-        return gas.K * self.W * gas.density(p, wall) * np.sqrt(wall), wall
+        return self.strength * gas.density(p, wall) * np.sqrt(wall), wall
 
     def excess(self, gas, p, kappa, T, half_width, wall):
         """Heat given by a wall of temperature `wall` less the heat conducted from it, and the slope of that."""
@@ -55,9 +55,9 @@ class VibratingWall(VibratingWallConstants, HeatedFace):
         k_n, k_T = gas.conductivity_slopes(n_wall, wall)
         conductance = face_conductance(1.0, kappa, gas.conductivity(n_wall, wall)) / half_width
         root = np.sqrt(wall)
-        given_slope = gas.K * self.W * (n_slope * root + 0.5 * n_wall / root)
+        given_slope = self.strength * (n_slope * root + 0.5 * n_wall / root)
         conducted_slope = conductance + 0.5 * (k_T + k_n * n_slope) * (wall - T) / half_width
-        return gas.K * self.W * n_wall * root - conductance * (wall - T), given_slope - conducted_slope
+        return self.strength * n_wall * root - conductance * (wall - T), given_slope - conducted_slope
 
     def face_slopes(self, gas, n, T, half_width, wall):
         """(d flux/dn, d flux/dT) of the last cell, for the wall temperature that `face` found there."""
@@ -69,7 +69,7 @@ class VibratingWall(VibratingWallConstants, HeatedFace):
         return given_p * p_n + given_wall * wall_n, given_p * p_T + given_wall * wall_T
 
     def given_slopes(self, gas, p, wall):
-        """Slopes of the heat K W n T^(1/2) in the pressure and in the wall temperature."""
+        """Slopes of the heat strength n T^(1/2) in the pressure and in the wall temperature."""
         n_p, n_T = gas.density_slopes(gas.density(p, wall), wall)
         root = np.sqrt(wall)
-        return gas.K * self.W * n_p * root, gas.K * self.W * (n_T * root + 0.5 * gas.density(p, wall) / root)
+        return self.strength * n_p * root, self.strength * (n_T * root + 0.5 * gas.density(p, wall) / root)

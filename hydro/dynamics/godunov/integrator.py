@@ -32,7 +32,7 @@ from hydro.numerics.reduce import store_largest
 from hydro.state import State, worst_cell
 from hydro.terms import Term, Terms
 from hydro.walls import Boundary
-from hydro.walls.boundary import REMEMBERED, conducts
+from hydro.walls.boundary import REMEMBERED
 
 CELLS_PER_THREAD = 4096  # fewer are not worth waking a thread for
 
@@ -65,7 +65,7 @@ class Godunov(Integrator):
         self.boundary = Boundary(gas, walls, mesh)
         self._limiter, self._riemann = LIMITERS[limiter], RIEMANN_SOLVERS[riemann]
         self._geometry = Geometry.of(mesh)
-        self._heat = heat.Heat(gas, self.boundary, mesh, threads) if conducts(gas) else None
+        self._heat = heat.Heat(gas, self.boundary, mesh, threads) if gas.conducts() else None
         self._stresses = self.terms.stresses(gas, self.boundary, mesh)
         self._half, self._next = np.empty((4, *mesh.cells)), np.empty((4, *mesh.cells))
         self._scratch, self._rates = hancock.scratch_for(threads), np.empty(mesh.cells[0])

@@ -11,7 +11,6 @@ from hydro.terms.term import Term
 from hydro.terms.viscosity import explicit, implicit
 from hydro.terms.viscosity.stress import Viscous
 from hydro.walls import Boundary
-from hydro.walls.boundary import conducts
 
 
 class Viscosity(Term):
@@ -21,7 +20,7 @@ class Viscosity(Term):
         self.factor = factor
 
     def stress(self, gas: Closure, boundary: Boundary, mesh: Mesh) -> ViscousStress | None:
-        return ViscousStress(gas, self.factor, boundary, mesh) if self.factor > 0.0 and conducts(gas) else None
+        return ViscousStress(gas, self.factor, boundary, mesh) if self.factor > 0.0 and gas.conducts() else None
 
 
 class ViscousStress:

@@ -1,8 +1,8 @@
-"""Limits in which the extended state and its marginal stability have formulas.
+"""Limits in which the extended state and its marginal stability have formulas, for the closures of Grossman et al.
 
 High density, n_c - n << n_c: F and Q are constant and u = (z-1)^(1/2) = e^(w/2) obeys the linear d^2u/dx^2 = k^2 u.
 Low density, n << n_c: F ~ z and Q ~ 1/z, Phi = z^(3/2) obeys d^2 Phi/dx^2 ~ Phi^(-1/3), and z is cosh^2 of a parameter
-that grows with the mass between the elastic wall and x. Formulas are for the closures of Grossman et al.
+that grows with the mass between the elastic wall and x. Nothing here holds for other closures.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ import numpy as np
 from hydro.gas.grossman import LAMBDA, A, Grossman
 from hydro.steady.uniform_pressure import UniformPressure
 
+PAPER_ALPHA = 1.15
+LARGE_LOSS = 144.83  # Delta_min L^(1/2) at large L, for that alpha
 CLOSE_PACKED = -200.0  # a w at which n = 1 to all digits
 
 
@@ -66,6 +68,11 @@ def dilute_aspect_ratio(gas: Grossman, f: float) -> float | None:
     """Delta_1 before the vibrating wall for f << min(1, L^(-1/2)), Eq. (asymp); None where f <= f_1."""
     instability = gas.L**2 * f**4 / (3.0 * gas.alpha**4) - (1.0 + A) * gas.L * f**3 / gas.alpha**2
     return math.pi / math.sqrt(instability) if instability > 0.0 else None
+
+
+def least_aspect_ratio(gas: Grossman) -> float | None:
+    """The least Delta_1 of large L before the vibrating wall; None where it has not been computed, for other alpha."""
+    return LARGE_LOSS / math.sqrt(gas.L) if gas.alpha == PAPER_ALPHA else None
 
 
 def dilute_end(gas: Grossman) -> float:
