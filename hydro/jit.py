@@ -2,9 +2,7 @@
 
 `kernel` compiles a function over arrays and keeps the result on disk; `part` and `inline` do so for its parts.
 
-`compiled_methods` makes the methods of a NamedTuple callable inside kernels: a closure, limiter or Riemann solver
-is written once, as a class of plain arithmetic, and works on numpy arrays as it stands and inside kernels
-specialized for it. The choice is made by type while compiling, so it costs nothing while running.
+The methods of closures, walls and limiters are taught to the compiler here, as `hydro.methods` notes them.
 """
 
 from __future__ import annotations
@@ -12,7 +10,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any
 
 import numba
 from llvmlite import ir
@@ -22,8 +20,7 @@ from numba.core.typing.templates import infer_getattr, make_overload_method_temp
 from numba.extending import intrinsic, overload
 
 from hydro.kernel_cache import KernelCache
-
-C = TypeVar("C", bound=type)
+from hydro.methods import teach_all
 
 # Without "nnan" and "ninf": a NaN must stay a NaN, for it is how an inadmissible state shows itself.
 FASTMATH = {"contract", "arcp", "nsz", "reassoc", "afn"}
@@ -71,15 +68,12 @@ def _cached(function: Callable, exact: bool, **options: Any) -> Any:
     return dispatcher
 
 
-def compiled_methods(cls: C | None = None, *, exact: bool = False) -> Any:
-    """Make the public methods of the NamedTuple `cls` callable inside kernels. The tuple needs a field or more."""
-    if cls is None:
-        return lambda wrapped: compiled_methods(wrapped, exact=exact)
-    inherited = set(dir(tuple)) | set(cls._fields)  # type: ignore[attr-defined]
+def _compile_methods(cls: Any, exact: bool) -> None:
+    """Teach the compiler the public methods of a NamedTuple class."""
+    inherited = set(dir(tuple)) | set(cls._fields)
     for name in dir(cls):
         if not name.startswith("_") and name not in inherited:
             _overload(name, inspect.signature(getattr(cls, name)), exact)
-    return cls
 
 
 @cache
@@ -125,3 +119,6 @@ def fetch(typing_context, array, row):
         return context.get_dummy_value()
 
     return types.void(array, row), generate
+
+
+teach_all(_compile_methods)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydro.jit import compiled_methods
+from hydro.methods import compiled_methods
 from hydro.walls.heated import HeatedFace
 
 ITERATIONS = 50
