@@ -1,11 +1,8 @@
 """Compilation: how a function becomes a kernel.
 
-`kernel` compiles a function over arrays and keeps the result on disk; `part` and `inline` do so for its parts. A
-`formula` is plain Python for numbers and arrays, and may stand in kernels too.
+`kernel` compiles a function over arrays and keeps the result on disk; `part` and `inline` do so for its parts.
 
-`compiled_methods` makes the methods of a NamedTuple callable inside kernels: a closure, limiter or Riemann solver
-is written once, as a class of plain arithmetic, and works on numpy arrays as it stands and inside kernels
-specialized for it. The choice is made by type while compiling, so it costs nothing while running.
+The methods of closures, walls and limiters, and formulas, are taught to the compiler here, as `hydro.methods` notes them.
 """
 
 from __future__ import annotations
@@ -13,7 +10,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any
 
 import numba
 from llvmlite import ir
@@ -23,9 +20,7 @@ from numba.core.typing.templates import infer_getattr, make_overload_method_temp
 from numba.extending import intrinsic, overload, register_jitable
 
 from hydro.kernel_cache import KernelCache
-
-C = TypeVar("C", bound=type)
-F = TypeVar("F", bound=Callable)
+from hydro.methods import teach_all
 
 # Without "nnan" and "ninf": a NaN must stay a NaN, for it is how an inadmissible state shows itself.
 FASTMATH = {"contract", "arcp", "nsz", "reassoc", "afn"}
@@ -67,29 +62,18 @@ def inline(function: Callable | None = None, *, exact: bool = False) -> Any:
     return numba.njit(forceinline=True, **(EXACT if exact else OPTIONS))(function)
 
 
-def formula(function: F) -> F:
-    """Let kernels use a function of one expression: it stands there as if written out, by the kernel's own arithmetic.
-
-    To Python it stays what it is, a function of numbers or arrays.
-    """
-    return register_jitable(inline="always")(function)
-
-
 def _cached(function: Callable, exact: bool, **options: Any) -> Any:
     dispatcher = numba.njit(**(EXACT if exact else OPTIONS), **options)(function)
     dispatcher._cache = KernelCache(function)
     return dispatcher
 
 
-def compiled_methods(cls: C | None = None, *, exact: bool = False) -> Any:
-    """Make the public methods of the NamedTuple `cls` callable inside kernels. The tuple needs a field or more."""
-    if cls is None:
-        return lambda wrapped: compiled_methods(wrapped, exact=exact)
-    inherited = set(dir(tuple)) | set(cls._fields)  # type: ignore[attr-defined]
+def _compile_methods(cls: Any, exact: bool) -> None:
+    """Teach the compiler the public methods of a NamedTuple class."""
+    inherited = set(dir(tuple)) | set(cls._fields)
     for name in dir(cls):
         if not name.startswith("_") and name not in inherited:
             _overload(name, inspect.signature(getattr(cls, name)), exact)
-    return cls
 
 
 @cache
@@ -135,3 +119,14 @@ def fetch(typing_context, array, row):
         return context.get_dummy_value()
 
     return types.void(array, row), generate
+
+
+def _teach(thing: Any, exact: bool) -> None:
+    """Teach the compiler a class or a formula that `hydro.methods` notes."""
+    if isinstance(thing, type):
+        _compile_methods(thing, exact)
+    else:
+        register_jitable(inline="always")(thing)
+
+
+teach_all(_teach)

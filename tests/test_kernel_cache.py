@@ -19,7 +19,7 @@ LAW = """
 from typing import NamedTuple
 
 from constants import FACTOR
-from hydro.jit import compiled_methods
+from hydro.methods import compiled_methods
 
 
 @compiled_methods

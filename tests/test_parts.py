@@ -91,7 +91,7 @@ USER_CLOSURE = """
 from typing import NamedTuple
 from hydro.dynamics import Godunov
 from hydro.gas import Grossman
-from hydro.jit import compiled_methods
+from hydro.methods import compiled_methods
 from hydro.mesh import Mesh
 from hydro.check.scales import largest_step
 from hydro.state import State

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from hydro.gas import HardDisks
 from hydro.gas.closure import Reduced
 from hydro.grains.placement import CLOSE_PACKING
-from hydro.jit import compiled_methods
+from hydro.methods import compiled_methods
 from physics.bench import GAMMA
 
 COVERED = math.pi / 4.0 * CLOSE_PACKING  # share of the area that disks cover at close packing

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from hydro.jit import compiled_methods
+from hydro.methods import compiled_methods
 from hydro.registry import Registry
 
 LIMITERS: Registry[Any] = Registry("limiter")

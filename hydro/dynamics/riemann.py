@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from hydro.jit import compiled_methods
+from hydro.methods import compiled_methods
 from hydro.registry import Registry
 
 LARGE_JUMP = 0.01  # of the pressure, relative; slow flow makes much smaller ones

@@ -13,7 +13,7 @@ functions below, which then take the closure's mu and n beside kappa and T. The 
 
 from __future__ import annotations
 
-from hydro.jit import formula
+from hydro.methods import formula
 
 
 @formula

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydro.gas.closure import CLOSURES, HardDisks, Reduced
-from hydro.jit import compiled_methods
+from hydro.methods import compiled_methods
 
 A = 1.0 - math.sqrt(3.0 / 8.0)  # the number a of Eq. (meanfree)
 LAMBDA = math.sqrt(3.0 / 32.0)  # 1/(sqrt(8) n_c d^2): the mean free path over d is LAMBDA (1-n)/(n(1-an))

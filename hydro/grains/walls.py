@@ -11,7 +11,8 @@ import math
 from typing import NamedTuple
 
 from hydro.grains.random import normal, rayleigh, uniform
-from hydro.jit import compiled_methods, inline
+from hydro.jit import inline
+from hydro.methods import compiled_methods
 
 NEVER = math.inf
 FASTEST_GRAZE = 1e-9  # of the wall's speed: a grain leaves the wall at this speed or more, relative to it

@@ -11,7 +11,7 @@ from hydro.accounts import Account
 from hydro.gas import Closure
 from hydro.mesh import Faces, Mesh
 from hydro.state import State
-from hydro.walls import Boundary
+from hydro.walls.boundary import Boundary
 
 
 class Stress(Protocol):

@@ -11,7 +11,7 @@ from hydro.gas import Closure
 from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.terms.term import Stress, Term
-from hydro.walls import Boundary
+from hydro.walls.boundary import Boundary
 
 
 class Terms:

@@ -22,8 +22,8 @@ from hydro.exact import (
     linear_modes,
 )
 from hydro.gas import Grossman
-from hydro.jit import compiled_methods
 from hydro.mesh import Geometry, Mesh
+from hydro.methods import compiled_methods
 from hydro.state import State
 from hydro.studies.orders import orders
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement

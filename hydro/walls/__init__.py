@@ -10,12 +10,12 @@ from __future__ import annotations
 from typing import Any
 
 from hydro.registry import Registry
-from hydro.walls.boundary import Boundary, Walls
 from hydro.walls.elastic import ElasticWall
+from hydro.walls.sides import Walls
 from hydro.walls.thermal import ThermalWall
 from hydro.walls.vibrating import VibratingWall
 
-__all__ = ["WALLS", "Boundary", "ElasticWall", "ThermalWall", "VibratingWall", "Walls"]
+__all__ = ["WALLS", "ElasticWall", "ThermalWall", "VibratingWall", "Walls"]
 
 WALLS: Registry[Any] = Registry("wall")
 WALLS.add("vibrating", VibratingWall)

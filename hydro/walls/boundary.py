@@ -14,7 +14,7 @@ from hydro.fields import N, P, U, V
 from hydro.gas import Closure
 from hydro.jit import kernel
 from hydro.mesh import GHOSTS, Mesh
-from hydro.walls.elastic import ElasticWall
+from hydro.walls.sides import Walls
 
 LOW, HIGH = 0, 1  # the sides x = 0 and x = 1 of `x`, and y = 0 and y = aspect ratio of `y`
 
@@ -48,20 +48,6 @@ class Sides(NamedTuple):
             np.zeros((2, ROWS, ny + 1)), np.zeros((2, ROWS, nx + 1)),
             np.zeros((2, GHOSTS, 4, ny)), np.zeros((2, GHOSTS, 4, nx + 2 * GHOSTS)),
         )  # fmt: skip
-
-
-class Walls(NamedTuple):
-    """The laws of the four sides; where a direction is periodic, its two do not matter."""
-
-    x0: Any = ElasticWall()
-    x1: Any = ElasticWall()
-    y0: Any = ElasticWall()
-    y1: Any = ElasticWall()
-
-    @classmethod
-    def of(cls, walls: Any) -> Walls:
-        """These walls; a law alone is that of the driving wall at x = 1."""
-        return walls if isinstance(walls, Walls) else cls(x1=walls)
 
 
 class HeatedSide(NamedTuple):

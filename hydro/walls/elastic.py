@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from hydro.jit import compiled_methods
+from hydro.methods import compiled_methods
 
 
 class SmoothWall:

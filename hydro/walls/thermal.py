@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from hydro.gas.conduction import conducted_heat
-from hydro.jit import compiled_methods
+from hydro.methods import compiled_methods
 from hydro.walls.heated import HeatedFace
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydro.gas.conduction import face_conductance
-from hydro.jit import compiled_methods
+from hydro.methods import compiled_methods
 from hydro.walls.heated import HeatedFace
 
 ITERATIONS = 50

@@ -31,8 +31,7 @@ from hydro.mesh import GHOSTS, Geometry, Mesh
 from hydro.numerics.reduce import store_largest
 from hydro.state import State, worst_cell
 from hydro.terms import Term, Terms
-from hydro.walls import Boundary
-from hydro.walls.boundary import REMEMBERED
+from hydro.walls.boundary import REMEMBERED, Boundary
 
 CELLS_PER_THREAD = 4096  # fewer are not worth waking a thread for
 

@@ -26,8 +26,7 @@ from hydro.mesh import Faces, Geometry, Mesh
 from hydro.state import State, worst_cell
 from hydro.terms import Term, Terms
 from hydro.terms.viscosity.implicit import SHARE
-from hydro.walls import Boundary
-from hydro.walls.boundary import REMEMBERED
+from hydro.walls.boundary import REMEMBERED, Boundary
 
 TOLERANCE = 3e-4  # when a deck gives none
 LONGER, SHORTER = 1.5, 0.3  # limits of a change of the step

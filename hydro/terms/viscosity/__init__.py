@@ -10,7 +10,7 @@ from hydro.mesh import Faces, Geometry, Mesh
 from hydro.terms.term import Term
 from hydro.terms.viscosity import explicit, implicit
 from hydro.terms.viscosity.stress import Viscous
-from hydro.walls import Boundary
+from hydro.walls.boundary import Boundary
 
 
 class Viscosity(Term):
