@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -310,19 +311,21 @@ def film(folder: Path, grains: dict[str, Any], flow: dict[str, Any]) -> None:
     left.add_collection(disks)
     image = right.imshow(np.zeros((2, 2)), extent=(0.0, 1.0, 0.0, ratio), origin="lower", cmap="gray_r", vmin=0.0,
                          vmax=0.8, interpolation="bilinear", aspect="equal")  # fmt: skip
-    width, height = (int(side_length) for side_length in figure.get_size_inches() * figure.dpi)
+    right.set_title("hydrodynamics", fontsize=9)
+    both = list(zip(grains["pictures"], flow["pictures"], strict=True))[SKIPPED :: SKIPPED + 1]
+
+    def pictures() -> Iterator[np.ndarray]:
+        for number, (positions, density) in enumerate(both, start=1):
+            disks.set_offsets(positions)
+            image.set_data(np.array(density).T)
+            left.set_title(f"grains, t = {number * (SKIPPED + 1) * FRAMES:g}", fontsize=9)
+            canvas.draw()
+            yield np.asarray(canvas.buffer_rgba())
+
     with tempfile.TemporaryDirectory() as scratch:
         movie = Path(scratch) / "film.mp4"
-        with mp4(movie, (width, height), FRAMES_PER_SECOND) as write:
-            both = list(zip(grains["pictures"], flow["pictures"], strict=True))[SKIPPED :: SKIPPED + 1]
-            for number, (positions, density) in enumerate(both, start=1):
-                disks.set_offsets(positions)
-                image.set_data(np.array(density).T)
-                left.set_title(f"grains, t = {number * (SKIPPED + 1) * FRAMES:g}", fontsize=9)
-                right.set_title("hydrodynamics", fontsize=9)
-                canvas.draw()
-                write(canvas.buffer_rgba())
-        gif(folder / "grains_film.gif", movie)
+        mp4(movie, pictures(), FRAMES_PER_SECOND)
+        gif(folder / "grains_film.gif", movie, FRAMES_PER_SECOND)
 
 
 PAGE = """## Localized clusters
