@@ -12,7 +12,6 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
-from measure import table
 
 from hydro.deck import load
 from hydro.driver.march import Run, march
@@ -25,6 +24,7 @@ from hydro.grains.integrator import dynamics_of
 from hydro.grains.placement import number_of_grains
 from hydro.initial import initial_state
 from hydro.kinds.evolution import integrator_of
+from hydro.markdown import table
 from hydro.mesh import Mesh
 from hydro.movies.video import gif, mp4
 from hydro.observables.clustering import wall_extremes
@@ -38,7 +38,7 @@ from physics.bench import ALPHA, Estimate, estimate, kept
 from physics.enskog import Enskog
 from physics.extended import MU_CONDUCTION, MU_COOLING
 
-DECK = Path(__file__).parents[2] / "problems" / "grains_small.toml"
+DECK = Path(__file__).parents[3] / "problems" / "grains_small.toml"
 INTERVAL, WINDOW, FRAMES = 0.5, 20.0, 10.0  # between looks, of averages, between pictures
 END, SEEDS = 400.0, (1, 2, 3)
 RATIOS, BOX_END = (0.6, 0.9, 1.2, 1.5, 2.0), 200.0
@@ -71,7 +71,7 @@ def clustering(overrides: list[str], seed: int, frames: bool) -> dict[str, Any]:
     return series | counts | {"pictures": pictures}
 
 
-FLOW = Path(__file__).parents[2] / "problems" / "fig4.toml"
+FLOW = Path(__file__).parents[3] / "problems" / "fig4.toml"
 GASES = {
     "the deck": lambda L, d: Grossman(L, d, ALPHA),
     "matched": lambda L, d: Grossman(L * MU_COOLING / MU_CONDUCTION, d * MU_CONDUCTION, ALPHA),
