@@ -22,10 +22,11 @@ from statistics import median
 import numba
 import numpy as np
 from cases import GAMMA, Case, granular_gas, rippled
-from measure import Triad, interleaved, mega, nanoseconds, processor, ratio, table
+from measure import Triad, interleaved, mega, nanoseconds, processor, ratio
 from pyro_client import Pyro, PyroUnavailableError, default_environment
 from simple_wave import HydroWave, PyroWave, wave_report, wave_runs
 
+from hydro.markdown import table
 from hydro.mesh import Mesh
 
 FRESH, OPERATIONS = (Path(__file__).with_name(name) for name in ("fresh.py", "operations.py"))

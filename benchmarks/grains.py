@@ -12,7 +12,7 @@ import time
 from functools import cache
 
 import numpy as np
-from measure import processor, table
+from measure import processor
 
 from hydro.gas import Grossman
 from hydro.grains import events
@@ -20,6 +20,7 @@ from hydro.grains.cells import NARROWEST, arena
 from hydro.grains.dynamics import EPOCH, Dynamics
 from hydro.grains.placement import CLOSE_PACKING, placed
 from hydro.grains.walls import ElasticWall
+from hydro.markdown import table
 from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.steady.localized import steady_state

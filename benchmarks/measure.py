@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numba
@@ -29,12 +29,6 @@ def ratio(rates: np.ndarray, over: np.ndarray) -> str:
 def mega(rates: np.ndarray) -> str:
     """Median of rates, in millions."""
     return f"{np.median(rates) / 1e6:.3g}"
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """A Markdown table."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
 
 
 def processor() -> str:

@@ -9,8 +9,9 @@ from statistics import median
 
 import numpy as np
 from cases import GAMMA, IdealGas, WaveCase, granular_gas
-from measure import table
 from pyro_client import Pyro
+
+from hydro.markdown import table
 
 REPEATS = 3  # of hydro's runs, up to
 REPEATED = 256  # cells a side

@@ -9,9 +9,10 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from measure import processor, table
+from measure import processor
 
 from hydro.gas import Grossman
+from hydro.markdown import table
 from hydro.mesh import Mesh
 from hydro.steady.balance import Balance
 from hydro.steady.bifurcation import ExtendedBranch

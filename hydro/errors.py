@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 
@@ -66,6 +68,23 @@ class DeckError(HydroError):
         lines = "\n".join(f"  {complaint}" for complaint in complaints)
         count = "1 error" if len(self.complaints) == 1 else f"{len(self.complaints)} errors"
         super().__init__(f"{source}: {count}\n{lines}")
+
+
+class NotInstalled(HydroError):
+    """A package is needed that does not come with a plain installation (exit code 2)."""
+
+    exit_code = 2
+
+
+@contextlib.contextmanager
+def extra(name: str, purpose: str) -> Iterator[None]:
+    """Around imports of optional packages: NotInstalled, which names the extra that brings them, if one is missing."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise NotInstalled(
+            f"{purpose} needs {error.name}, which is not installed: pip install 'hydro[{name}]'"
+        ) from None
 
 
 class CheckpointError(HydroError):

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from types import SimpleNamespace
 
-import imageio_ffmpeg
+import imageio.v3 as imageio
 import numpy as np
 import pytest
 from conftest import PROBLEMS
@@ -442,7 +442,7 @@ def test_a_movie_of_runs_side_by_side(run_deck, tmp_path):
     runs = [str(run_deck("fig4", *short, folder=name)[0]) for name in "ab"]
     assert main(["overlay", *runs, "--movie", "--quiet", "--output", str(tmp_path / "over")]) == 0
     assert not (tmp_path / "over" / "overlay.gif").exists()
-    about = next(imageio_ffmpeg.read_frames(str(tmp_path / "over" / "overlay.mp4")))
+    about = imageio.immeta(tmp_path / "over" / "overlay.mp4", plugin="FFMPEG")
     width, height = MovingPicture(Mesh.rectangle((8, 16), 2.0), Movie(traces=False), None, None, 1).size
     assert about["size"] == (2 * width, height + NAME) and 8.0 < about["duration"] < 12.0
 
@@ -476,7 +476,7 @@ def test_a_side_of_a_movie_shows_the_latest_moment():
 def test_a_board_holds_pictures_under_their_names():
     board = Board(["a", "$b"], [(100, 60), (80, 40)])
     assert board.size == (180, 60 + NAME) and board.pixels[NAME:].min() == 255 and board.pixels[:NAME].min() < 128
-    board.put(1, np.full((40, 80, 4), 7, np.uint8).data)
+    board.put(1, np.full((40, 80, 4), 7, np.uint8))
     changed = np.argwhere(board.pixels[NAME:] == 7)
     assert changed.min(axis=0).tolist() == [0, 100, 0] and changed.max(axis=0).tolist() == [39, 179, 3]
 

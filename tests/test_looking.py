@@ -10,15 +10,17 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
 import h5py
-import imageio_ffmpeg
+import imageio.v3 as imageio
 import numpy as np
 import pandas as pd
 import pytest
 from conftest import PROBLEMS, summary_of
+from imageio_ffmpeg import get_ffmpeg_exe
 from PIL import Image
 
 import hydro
@@ -26,13 +28,15 @@ from hydro.check.regime import grain_diameter
 from hydro.cli import MOVIE_EPILOG, main
 from hydro.deck import load
 from hydro.deck.evolution import COLOURS, LIMITS, SCALES, Movie
-from hydro.errors import CheckpointError, DeckError
+from hydro.errors import CheckpointError, DeckError, RunFailed
 from hydro.mesh import Mesh
+from hydro.movies import video
 from hydro.movies.frames import Frames, frame_time, frames, read_frame
 from hydro.movies.movie import interval_of, repeats
 from hydro.movies.moving import NORMS, MovingPicture, averages
 from hydro.output import dataset
 from hydro.output.checkpoint import FIELDS, read_checkpoint
+from hydro.output.files import partial
 from hydro.output.folder import RunFolder
 from hydro.output.xdmf import Series
 from hydro.setup import gas_of, mesh_of
@@ -134,10 +138,7 @@ def test_a_new_run_removes_the_frames_and_the_movie_of_the_old(run_deck, filmed,
 
 def metadata(movie):
     """What ffmpeg says of a movie."""
-    reader = imageio_ffmpeg.read_frames(str(movie))
-    found = next(reader)
-    reader.close()
-    return found
+    return imageio.immeta(movie, plugin="FFMPEG")
 
 
 def test_the_movie_plays_in_browsers(copy):
@@ -225,6 +226,32 @@ def test_a_movie_that_fails_leaves_the_run_complete_and_nothing_half(run_deck, m
     folder, code = run_deck("fig4", *SMALL, *MOVIE)
     assert code == 3 and "the run is complete" in capsys.readouterr().err
     assert summary_of(folder)["completed"] and not [path for path in folder.iterdir() if "movie" in path.name]
+
+
+@pytest.mark.parametrize("name", ["movie.mp4", "movie.gif"])
+def test_a_movie_whose_end_is_lost_is_not_kept(tmp_path, monkeypatch, name):
+    """An encoder that takes all pictures, but finds no room for the end of its file."""
+    encoder = tmp_path / "ffmpeg"
+    encoder.write_text(
+        f'#!/bin/sh\n{get_ffmpeg_exe()} "$@"\nfor file; do :; done\n'
+        f'case "$file" in *{name}) truncate --size=-20 "$file"; esac\n'
+    )
+    encoder.chmod(0o755)
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(encoder))
+    pictures = np.random.default_rng(0).integers(0, 255, (30, 32, 32, 4), np.uint8)
+    with pytest.raises(RunFailed, match="encoder failed"):
+        video.mp4(tmp_path / "movie.mp4", pictures, 25)
+        video.gif(tmp_path / "movie.gif", tmp_path / "movie.mp4", 25)
+    assert not (tmp_path / name).exists() and not partial(tmp_path)
+
+
+def test_a_gif_can_be_made_where_names_are_odd(tmp_path, monkeypatch):
+    odd = tmp_path / "a, 'b'; [c]: \\d"
+    odd.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(odd))
+    video.mp4(odd / "movie.mp4", np.random.default_rng(0).integers(0, 255, (30, 32, 32, 4), np.uint8), 25)
+    video.gif(odd / "movie.gif", odd / "movie.mp4", 25)
+    assert imageio.imread(odd / "movie.gif").shape == (15, 480, 480, 3)
 
 
 def test_every_key_of_the_look_is_in_the_help_and_known_to_the_pictures():

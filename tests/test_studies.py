@@ -15,13 +15,14 @@ import numpy as np
 import pytest
 from conftest import summary_of
 
+import hydro
 from hydro.cli import main
 from hydro.deck import KINDS, changed, dumps, load, parse
 from hydro.deck.campaigns import EXACT
 from hydro.deck.campaigns import PROBLEMS as PROBLEM_KINDS
 from hydro.deck.initial import LINEAR_MODES
 from hydro.deck.sections import Range
-from hydro.errors import DeckError
+from hydro.errors import DeckError, NotInstalled
 from hydro.exact import linear_modes
 from hydro.exact.evolution import EVOLUTIONS, exact_evolution
 from hydro.gas import Grossman
@@ -37,6 +38,7 @@ from hydro.studies.cluster import work
 from hydro.studies.orders import order_of_values, orders, richardson
 from hydro.studies.references import averages
 from hydro.studies.sweep import open_sweep
+from hydro.studies.table import write_table
 
 BASE = """
 [base]
@@ -565,6 +567,23 @@ def test_schedulers_that_cannot_be_used(run_text, capsys):
     assert not folder.exists()
     assert run_text(dumps(parse(CONVERGENCE).base), "--scheduler", "tcp://127.0.0.1:9")[1] == 2
     assert "only a sweep runs on a cluster" in capsys.readouterr().err
+
+
+def test_what_is_not_installed_is_named_with_the_extra_that_brings_it(run_text, monkeypatch, capsys):
+    for name in ("distributed", "dask.array"):
+        monkeypatch.setitem(sys.modules, name, None)
+    folder, code = run_text(SWEEP)
+    assert code == 2 and "a sweep needs distributed" in (said := capsys.readouterr().err) and "'hydro[dask]'" in said
+    assert not folder.exists()
+    with pytest.raises(NotInstalled, match=r"open_run needs dask\.array.*'hydro\[dask\]'"):
+        hydro.open_run(folder)
+
+
+def test_a_table_without_pyarrow_is_a_csv_file(tmp_path, monkeypatch):
+    monkeypatch.setattr("hydro.studies.table.find_spec", {}.get)
+    write_table(tmp_path / "table.csv", [{"a": 1, "b": [1, 2]}, {"a": None, "b": "x"}])
+    assert (tmp_path / "table.csv").read_text() == 'a,b\n1,"[1, 2]"\n,x\n'
+    assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
 
 
 def test_a_member_on_a_worker_has_one_thread(monkeypatch):

@@ -4,10 +4,11 @@ from hydro.deck.campaigns import ConvergenceDeck, SweepDeck
 from hydro.deck.evolution import EvolutionDeck
 from hydro.deck.grains import GrainsDeck
 from hydro.deck.kinds import KINDS
-from hydro.deck.load import changed, dumps, load, parse, validate
+from hydro.deck.load import changed, load, parse, validate
 from hydro.deck.sections import Deck
 from hydro.deck.stability import StabilityDeck
 from hydro.deck.steady import BranchDeck, SteadyDeck
+from hydro.deck.write import dumps
 
 __all__ = [
     "KINDS",

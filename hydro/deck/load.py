@@ -1,8 +1,7 @@
-"""From deck files and command-line overrides to a validated deck, and back to text."""
+"""From deck files and command-line overrides to a validated deck."""
 
 from __future__ import annotations
 
-import json
 import reprlib
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -17,6 +16,7 @@ from pydantic_core import ErrorDetails
 from hydro.deck.fields import Section, item_of, kinds_of, list_or, meaning, section_of
 from hydro.deck.kinds import KINDS
 from hydro.deck.sections import Deck
+from hydro.deck.write import given, origin, toml_value
 from hydro.errors import Complaint, DeckError
 from hydro.registry import nearest
 
@@ -62,7 +62,7 @@ def parse(text: str, overrides: Iterable[str] = (), source: str = "deck", folder
 
 def changed(deck: Deck, changes: Mapping[str, Any]) -> Deck:
     """The deck with other values at dotted keys, which may switch the kinds of sections; DeckError as for `load`."""
-    data = _given(deck)
+    data = given(deck)
     return validate(data, complaints=_set(data, [(tuple(key.split(".")), value) for key, value in changes.items()]))
 
 
@@ -84,61 +84,6 @@ def validate(data: Mapping[str, Any], source: str = "deck", complaints: Iterable
         if not found:
             return deck
     raise DeckError(list({str(complaint): complaint for complaint in found}.values()), source)
-
-
-def dumps(deck: Deck) -> str:
-    """The deck as TOML text, defaults included; `parse` of it gives an equal deck.
-
-    What follows from other parts of it comes as comments at the end.
-    """
-    return "\n".join([*_lines(_given(deck)), *_following(deck)]) + "\n"
-
-
-def _given(deck: Deck) -> dict[str, Any]:
-    """What the deck says, without what follows from other parts of it."""
-    given = deck.model_dump(exclude_none=True)
-    for sections in deck.follows.values():
-        for name, keys in sections.items():
-            given[name] = {key: value for key, value in given[name].items() if key not in keys}
-    base = getattr(deck, "base", None)
-    return given if base is None else {**given, "base": _given(base)}
-
-
-def _following(deck: Deck) -> Iterator[str]:
-    for source, sections in deck.follows.items():
-        yield f"\n# What follows from {_source(source)}:"
-        for name, keys in sections.items():
-            yield from (f"# {name}.{key} = {_toml(value)}" for key, value in keys.items())
-    experiment = getattr(deck, "experiment", None)
-    if experiment is not None:
-        yield "# Units:"
-        yield from (f"# {name} = {value:.6g} {unit}" for name, (value, unit) in experiment.units.items())
-
-
-def _source(key: str) -> str:
-    """A section or key from which others follow, as people write it."""
-    return key if "." in key else f"[{key}]"
-
-
-def _lines(table: Mapping[str, Any], name: str = "") -> Iterator[str]:
-    if name:
-        yield f"\n[{name}]"
-    yield from (f"{key} = {_toml(value)}" for key, value in table.items() if not isinstance(value, dict))
-    for key, value in table.items():
-        if isinstance(value, dict):
-            yield from _lines(value, f"{name}.{key}".removeprefix("."))
-
-
-def _toml(value: object) -> str:
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_toml, value))}]"
-    if isinstance(value, dict):
-        return f"{{ {', '.join(f'{key} = {_toml(item)}' for key, item in value.items())} }}"
-    return repr(value)
 
 
 def _data(text: str, source: str) -> dict[str, Any]:
@@ -201,7 +146,7 @@ def _wrong_members(deck: Deck) -> Iterator[Complaint]:
         except DeckError as error:
             new = [complaint for complaint in error.complaints if (complaint.key, complaint.problem) not in said]
             said.update((complaint.key, complaint.problem) for complaint in new)
-            shown = ", ".join(f"{_printable(key) or '(empty)'} = {_toml(value)}" for key, value in changes.items())
+            shown = ", ".join(f"{_printable(key) or '(empty)'} = {toml_value(value)}" for key, value in changes.items())
             yield from (replace(one, problem=f"{one.problem}, in member {number}: {shown}") for one in new)
 
 
@@ -333,7 +278,7 @@ def _fill(data: Mapping[str, Any], model: type[Deck]) -> tuple[Mapping[str, Any]
 
 
 def _doubled(key: str, value: object, source: str) -> Complaint:
-    problem = f"{_show(value)} is given beside {_source(source)}, from which it follows; leave one out"
+    problem = f"{_show(value)} is given beside {origin(source)}, from which it follows; leave one out"
     return Complaint(key, problem, value)
 
 

@@ -7,6 +7,7 @@ from typing import Any, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen
 
+from hydro import markdown
 from hydro.deck.fields import Among, Section, item_of, kinds_of, list_or, meaning, section_of
 from hydro.deck.kinds import KINDS
 from hydro.deck.quantities import Quantity
@@ -25,7 +26,7 @@ pressure `n_c T_*`; each is zero or of a size between 1e-30 and 1e30. From a sec
 `gas.f`, `gas.K`, `gas.tau`, `gas.mu`, `box.aspect_ratio` and `wall.W`, or `stability.L` and `stability.points`, which
 must not be given then ([experiment.md](experiment.md))."""
 
-HEADER = "| key | type | default | allowed | meaning |\n|---|---|---|---|---|"
+HEADER = ("key", "type", "default", "allowed", "meaning")
 WORDS = {float: "number", int: "whole number", str: "text", bool: "true or false", Any: "value"}
 BOUNDS = ((Gt, "gt", "> {}"), (Ge, "ge", ">= {}"), (Lt, "lt", "< {}"), (Le, "le", "<= {}"))
 
@@ -70,18 +71,18 @@ def _keys(model: type[Section], name: str, level: int) -> Iterator[str]:
     yield model.__doc__ or ""
     rows = [_row(model, key) for key in model.model_fields if key != "kind"]
     if rows:
-        yield "\n".join([HEADER, *rows])
+        yield markdown.table(HEADER, rows)
     for key in model.model_fields:
         yield from _section(model, key, f"{name}.{key}", level + 1)
 
 
-def _row(model: type[Section], key: str) -> str:
+def _row(model: type[Section], key: str) -> tuple[str, ...]:
     field = model.model_fields[key]
     kinds = kinds_of(model, key)
     kind_of_value = "section" if kinds else _type(field.annotation)
     kind_of_value += " or section" if list_or(model, key) else ""
     allowed = ", ".join(kinds or dict.fromkeys([*_allowed(field.metadata), *_allowed_in(field.annotation)]))
-    return f"| `{key}` | {kind_of_value} | {_default(model, key)} | {allowed} | {meaning(model, key)} |"
+    return f"`{key}`", kind_of_value, _default(model, key), allowed, meaning(model, key)
 
 
 def _type(annotation: Any) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from itertools import chain, pairwise
+from itertools import chain, pairwise, repeat
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -56,14 +56,15 @@ def make_movie(deck: Any, folder: RunFolder, quiet: bool = False) -> list[Path]:
     limits = common_ends(readable(source.times, source, mesh), look.scale) if look.limits == "run" else None
     history = read_history(folder.path).reset_index() if look.traces else None
     picture = MovingPicture(mesh, look, limits, history, digits=max(0, math.ceil(-math.log10(interval))))
-    with mp4(folder.movie, picture.size, look.frames_per_second) as write:
+
+    def pictures() -> Iterator[np.ndarray]:
         for path, density in readable(shown, source, mesh):
-            frame = picture.at(source.times[path], density)
-            for _ in range(counts[path]):
-                write(frame)
+            yield from repeat(picture.at(source.times[path], density), counts[path])
+
+    mp4(folder.movie, pictures(), look.frames_per_second)
     if not look.gif:
         return [folder.movie]
-    gif(folder.gif, folder.movie)
+    gif(folder.gif, folder.movie, look.frames_per_second)
     return [folder.movie, folder.gif]
 
 
@@ -83,17 +84,20 @@ def side_by_side(path: Path, runs: Sequence[tuple[str, RunFolder, Mesh]], deck: 
     limits = common_ends(every, look.scale) if look.limits == "run" else None
     sides = [Side(source, mesh, MovingPicture(mesh, look, limits, None, digits)) for source, mesh in shown]
     board = Board([name for name, _, _ in runs], [side.picture.size for side in sides])
-    pictures = math.ceil((times[-1] - times[0]) / interval) + 1
+    moving = math.ceil((times[-1] - times[0]) / interval) + 1
     pause = [times[-1]] * round(PAUSE * look.frames_per_second)
-    moments = [*(times[0] + interval * np.arange(pictures)), *pause]
-    with mp4(path, board.size, look.frames_per_second) as write:
+    moments = [*(times[0] + interval * np.arange(moving)), *pause]
+
+    def pictures() -> Iterator[np.ndarray]:
         for now in counted(moments, path.name, quiet):
             for number, side in enumerate(sides):
                 if (frame := side.at(now + ROUND_OFF * interval)) is not None:
                     board.put(number, frame)
-            write(board.pixels.data)
+            yield board.pixels
+
+    mp4(path, pictures(), look.frames_per_second)
     if look.gif:
-        gif(path.with_suffix(".gif"), path)
+        gif(path.with_suffix(".gif"), path, look.frames_per_second)
 
 
 class Side:
@@ -105,7 +109,7 @@ class Side:
         self._coming: tuple[Path, np.ndarray] | None = next(self._moments)
         self._due = -math.inf
 
-    def at(self, now: float) -> memoryview | None:
+    def at(self, now: float) -> np.ndarray | None:
         """The picture of the latest moment up to `now`, the first if there is none; None where it has been given."""
         latest = None
         while self._coming is not None and self._due <= now:

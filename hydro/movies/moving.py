@@ -85,15 +85,18 @@ class MovingPicture:
         across, up = self.size
         return self.figure.add_axes((left / across, bottom / up, width / across, height / up))
 
-    def at(self, time: float, density: np.ndarray) -> memoryview:
-        """The picture of a density, shape (nx, ny), at a time: RGBA bytes, shape (height, width, 4)."""
+    def at(self, time: float, density: np.ndarray) -> np.ndarray:
+        """The picture of a density, shape (nx, ny), at a time: RGBA bytes, shape (height, width, 4).
+
+        The next one takes its place in the same array.
+        """
         moment = Moment(time, density, *wall_extremes(density, self.mesh))
         for part in self.parts:
             part.show(moment)
         self.canvas.restore_region(self.still)
         for artist in self.moving:
             self.figure.draw_artist(artist)
-        return self.canvas.buffer_rgba()
+        return np.asarray(self.canvas.buffer_rgba())
 
 
 class Board:
@@ -111,9 +114,9 @@ class Board:
             canvas.draw()
             self.pixels[:NAME, left : left + width] = canvas.buffer_rgba()
 
-    def put(self, number: int, picture: memoryview) -> None:
+    def put(self, number: int, frame: np.ndarray) -> None:
         """Show another picture in a place."""
-        frame, left = np.asarray(picture), self.lefts[number]
+        left = self.lefts[number]
         self.pixels[NAME : NAME + frame.shape[0], left : left + frame.shape[1]] = frame
 
 

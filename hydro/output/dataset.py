@@ -6,22 +6,24 @@ import os
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import dask.array as da
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from hydro.check.regime import grain_diameter
 from hydro.driver.history import read_rows
-from hydro.errors import CheckpointError, DeckError
+from hydro.errors import CheckpointError, DeckError, extra
 from hydro.mesh import Mesh
 from hydro.output.checkpoint import FIELDS, checkpoint_times, read_field, read_labels
 from hydro.output.folder import RunFolder
 from hydro.registry import Registry, UnknownName
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
+
+if TYPE_CHECKING:
+    import dask.array as da
 
 # Name, long name, unit, and what they are of a state and the grain diameter; beside the fields of a checkpoint.
 DERIVED: tuple[tuple[str, str, str, Callable[[State, float], Any]], ...] = (
@@ -57,8 +59,11 @@ def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
     version of the program. Checkpoints that cannot be read are left out, with a warning.
 
     DeckError where the folder holds no run, or one without states of one mesh; CheckpointError where it has none yet,
-    and, later, where a field cannot be read.
+    and, later, where a field cannot be read; NotInstalled without Dask.
     """
+    with extra("dask", "open_run"):
+        import dask.array as da
+
     folder = RunFolder(Path(path))
     deck: Any = folder.load_deck()
     try:
@@ -120,6 +125,8 @@ def _words(long_name: str, unit: str) -> dict[str, str]:
 
 def _lazily(files: Sequence[Path], name: str, mesh: Mesh) -> da.Array:
     """The field `name` of each file, shape (files, nx, ny), one block for each."""
+    import dask.array as da
+
     nx, ny = mesh.cells
 
     def read(block_id: tuple[int, int, int]) -> np.ndarray:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from hydro.deck import parse
-from hydro.errors import DeckError, HydroError
+from hydro.errors import DeckError, HydroError, extra
 from hydro.output.folder import RunFolder
 from hydro.studies.members import chained, run_member
 
@@ -45,9 +45,10 @@ class Start(TypedDict):
 def client_of(scheduler: str | None, members: int) -> Iterator[Client]:
     """A client of the scheduler at an address, or else of as many processes here as there are cores and members.
 
-    DeckError if nobody answers at the address.
+    DeckError if nobody answers at the address; NotInstalled without Dask.
     """
-    from distributed import Client, LocalCluster  # slow to import
+    with extra("dask", "a sweep"):
+        from distributed import Client, LocalCluster  # slow to import
 
     with contextlib.ExitStack() as stack:
         if scheduler is None:

@@ -1,10 +1,10 @@
-"""A tidy table, one row for each run of a study, as CSV and as Parquet."""
+"""A tidy table, one row for each run of a study, as CSV and, where pyarrow is installed, as Parquet."""
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -14,20 +14,19 @@ Row = dict[str, Any]
 
 
 def write_table(path: Path, rows: Sequence[Row]) -> None:
-    """Write rows, all with the same columns, to the CSV file `path` and to a Parquet file beside it.
+    """Write rows, all with the same columns, to the CSV file `path`; with pyarrow, to a Parquet file beside it too.
 
     Lists and sections become JSON text; so does all of a column with text in it.
     """
-    import pyarrow  # slow to import
-    from pyarrow import parquet
+    import pandas as pd  # slow to import
 
     columns = {name: plain([row[name] for row in rows]) for name in (rows[0] if rows else ())}
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*columns.values(), strict=True))
-    with replacing(path.with_suffix(".parquet")) as temporary:
-        parquet.write_table(pyarrow.table(columns), temporary)
+    table = pd.DataFrame(columns, dtype=object)  # whole numbers stay whole beside those that are missing
+    with replacing(path) as temporary:
+        table.to_csv(temporary, index=False)
+    if find_spec("pyarrow"):
+        with replacing(path.with_suffix(".parquet")) as temporary:
+            table.to_parquet(temporary, index=False)
 
 
 def plain(values: list[Any]) -> list[Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from hydro import markdown
 from hydro.verification import topics
 from hydro.verification.claims import Claim, Findings, Measurement, Table, number
 
@@ -46,10 +47,9 @@ def claim_row(claim: Claim) -> tuple[str, ...]:
 
 
 def table_lines(table: Table) -> Iterator[str]:
-    """A table as Markdown; bars inside cells are escaped."""
+    """A table under its caption, as Markdown."""
     yield f"\n{table.caption}\n"
-    for row in (table.header, ["---"] * len(table.header), *table.rows):
-        yield "| " + " | ".join(number(cell).replace("|", "\\|") for cell in row) + " |"
+    yield from markdown.table(table.header, [[number(cell) for cell in row] for row in table.rows]).splitlines()
 
 
 def summary(claims: list[Claim]) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """What the eight numbers of Fig. 4 say of K, tau, T(0) and W, which the paper does not give.
 
-    python benchmarks/calibrate.py [--cells 48] > docs/calibration.md
+    python benchmarks/papers/calibrate.py [--cells 48] > docs/calibration.md
 
 Least squares of the logarithms of the ratios of `problems/fig4.toml` to the paper's numbers, in the logarithms of the
 parameters; derivatives by central differences. The sum of squares has several minima, so a scan on a coarse grid says
@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from evolve import evolve
 from fig4 import DECK, NAMES, PAPER
-from measure import table
 from scipy.optimize import OptimizeResult, least_squares
 
+from hydro.markdown import table
 from hydro.observables.clustering import wall_extremes
 
 KEYS = {"K": "gas.K", "tau": "gas.tau", "T(0)": "initial.temperature", "W": "wall.W"}
@@ -38,9 +38,10 @@ LAST_DIGIT = (0.005, 0.005, 0.005, 0.005, 0.005, 0.0005, 0.0005, 0.0005)  # half
 
 HEAD = """# Calibration of Fig. 4
 
-Printed by `python benchmarks/calibrate.py --cells {cells}`: `problems/fig4.toml` on {cells} x {double} cells, fitted to
-the eight wall densities that the paper gives, by least squares of log(calculated/paper). The paper gives neither K nor
-tau, W or the initial temperature T(0). W = 114 is kept: it sets the unit of temperature, with T close to 1 at the wall.
+Printed by `python benchmarks/papers/calibrate.py --cells {cells}`: `problems/fig4.toml` on {cells} x {double} cells,
+fitted to the eight wall densities that the paper gives, by least squares of log(calculated/paper). The paper gives
+neither K nor tau, W or the initial temperature T(0). W = 114 is kept: it sets the unit of temperature, with T close to
+1 at the wall.
 """
 SCANNED = """## Where the minima are
 

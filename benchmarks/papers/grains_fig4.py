@@ -1,6 +1,6 @@
 """Fig. 4 by grains, at full length, beside hydrodynamics: prints docs/grains_fig4.md, draws its pictures.
 
-    python benchmarks/grains_fig4.py docs > docs/grains_fig4.md
+    python benchmarks/papers/grains_fig4.py docs > docs/grains_fig4.md
 
 Runs that are complete in the folder `--output` are not repeated, those that were stopped go on. That with the grains of
 the paper takes hours, each other one half an hour or so.
@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from measure import table
 from physics.enskog import Enskog
 from physics.extended import MU_CONDUCTION, MU_COOLING
 
@@ -32,6 +31,7 @@ from hydro.grains.integrator import dynamics_again
 from hydro.initial import initial_state
 from hydro.kinds.evolution import integrator_of
 from hydro.kinds.grains import measured
+from hydro.markdown import table
 from hydro.mesh import Mesh
 from hydro.movies.frames import frame_time, frames, read_frame
 from hydro.observables.clustering import gas_density, wall_extremes
@@ -44,7 +44,7 @@ from hydro.state import State
 from hydro.steady.localized import steady_state
 from hydro.walls import VibratingWall
 
-PROBLEMS = Path(__file__).parent.parent / "problems"
+PROBLEMS = Path(__file__).parents[2] / "problems"
 CELLS = (64, 128)  # of the flows
 SAMPLES = 400  # of a flow, over its time
 DENSE, WON = 0.7, 0.2  # a largest wall density, and a mean cosine of one half-wave: of 0.4 to 0.5 in the end
@@ -320,7 +320,7 @@ def boxes(results: dict[str, Any]) -> list[list[Any]]:
 
 PAGE = """# Fig. 4 by grains
 
-Printed by `python benchmarks/grains_fig4.py docs > docs/grains_fig4.md`: the box of Fig. 4, f = 0.0235, from two
+Printed by `python benchmarks/papers/grains_fig4.py docs > docs/grains_fig4.md`: the box of Fig. 4, f = 0.0235, from two
 half-waves of 10%. "mu = 1" is `problems/grains_fig4.toml`, "matched" `problems/grains_matched.toml`, "large" the same
 with larger grains ({changed}), where all is sooner.
 """

@@ -1,4 +1,4 @@
-"""Figures and tables of docs/steady1d.md: `python benchmarks/extended.py [--tables]`.
+"""Figures and tables of docs/steady1d.md: `python benchmarks/papers/extended.py [--tables]`.
 
 Writes docs/fig1, fig2, limits, localized and large_L as .png and .pdf (about two minutes). With --tables it prints, in
 place of that, the measurements of the verification book that the page quotes, in their full version.
@@ -35,7 +35,7 @@ from hydro.steady.marginal import critical_aspect_ratio, principal_mode, tongue,
 from hydro.verification import MEASUREMENTS
 from hydro.verification.book import section
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 WALLS = {"vibrating": "-", "thermal": ":"}
 VANISHING = {"vibrating": (1e2, 1e3), "thermal": (1e3, 1e4)}

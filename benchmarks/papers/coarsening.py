@@ -1,6 +1,6 @@
 """Clusters that grow from noise in a long box and merge: the deck `problems/coarsening.toml`.
 
-    python benchmarks/coarsening.py docs > docs/coarsening.md
+    python benchmarks/papers/coarsening.py docs > docs/coarsening.md
 
 Draws coarsening.png into the folder: density along the wall x = 0 against time and y, and the number of clusters.
 """
@@ -17,19 +17,20 @@ from matplotlib.figure import Figure
 
 from hydro.deck import load
 from hydro.driver.march import Run
+from hydro.markdown import table
 from hydro.mesh import Mesh
 from hydro.observables.clustering import CLUSTER, clusters, wall_extremes, wall_profile
 from hydro.pictures.style import save
 
-DECK = Path(__file__).parent.parent / "problems" / "coarsening.toml"
+DECK = Path(__file__).parents[2] / "problems" / "coarsening.toml"
 EVERY = 2.5  # time between two looks
 SAID_EVERY = 50.0  # time between two lines of progress
 
 PAGE = """# Coarsening of clusters
 
-Printed by `python benchmarks/coarsening.py docs > docs/coarsening.md`: `problems/coarsening.toml`, a box of aspect
-ratio {ratio:g} (L = {L:g}, f = {f:g}), from uniform density with noise of {amplitude:g} in every cell, on {nx} x {ny}
-cells to t = {end:g} by `lagrange-remap`: {steps} steps in {seconds:.0f} s.
+Printed by `python benchmarks/papers/coarsening.py docs > docs/coarsening.md`: `problems/coarsening.toml`, a box of
+aspect ratio {ratio:g} (L = {L:g}, f = {f:g}), from uniform density with noise of {amplitude:g} in every cell, on {nx} x
+{ny} cells to t = {end:g} by `lagrange-remap`: {steps} steps in {seconds:.0f} s.
 
 ![Density along the wall against time, and number of clusters](coarsening.png)
 
@@ -40,9 +41,8 @@ mean somewhere in it: one local maximum is counted, the largest, between two pla
 stretch that ends at a wall y = 0 or y = {ratio:g} is half of a cluster and its mirror image; it counts as one.
 
 The table has the times at which the number of clusters changes, and the last one.
-
-| time | clusters | n(0, y): largest | smallest | mean |
-|---|---|---|---|---|"""
+"""
+HEADER = ("time", "clusters", "n(0, y): largest", "smallest", "mean")
 
 
 class Wall:
@@ -93,9 +93,11 @@ def main(folder: Path, overrides: list[str]) -> None:
     nx, ny = mesh.cells
     print(PAGE.format(**about, nx=nx, ny=ny, end=run.end, steps=run.steps, seconds=run.wall_seconds, above=CLUSTER))
     changed = [*(np.flatnonzero(np.diff(counts)) + 1), times.size - 1]
+    rows = []
     for k in changed:
         low, high = wall.extremes[k]
-        print(f"| {times[k]:g} | {counts[k]} | {high:.3f} | {low:.4f} | {lines[k].mean():.4f} |")
+        rows.append((f"{times[k]:g}", counts[k], f"{high:.3f}", f"{low:.4f}", f"{lines[k].mean():.4f}"))
+    print(table(HEADER, rows))
     places = [round(float(mesh.y[k]), 2) for k in clusters(lines[-1])]
     print(f"\nAt the end the clusters are at y = {', '.join(f'{place:g}' for place in places)}.")
 

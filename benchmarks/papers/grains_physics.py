@@ -1,7 +1,7 @@
 """Grains against kinetic theory and hydrodynamics.
 
-    python benchmarks/grains_physics.py docs > docs/grains_physics.md
-    python benchmarks/grains_physics.py docs driving transport        # some parts
+    python benchmarks/papers/grains_physics.py docs > docs/grains_physics.md
+    python benchmarks/papers/grains_physics.py docs driving transport        # some parts
 
 Draws into the folder. Each run is kept in output/grains_physics and not made again; remove what is to be measured anew.
 All runs take some fifty minutes of one core.
@@ -24,7 +24,7 @@ PARTS = {
 
 HEAD = """# Grains against theory and hydrodynamics
 
-Printed by `python benchmarks/grains_physics.py docs > docs/grains_physics.md` from runs that it keeps. `±` is a
+Printed by `python benchmarks/papers/grains_physics.py docs > docs/grains_physics.md` from runs that it keeps. `±` is a
 standard error. Densities are in units of n_c, T is the mean of `v^2/2`, and the closures are those of the paper with
 alpha = 1.15, gamma = 2.26. How the grains run is said in [grains.md](grains.md).
 """

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from measure import table
 
 from hydro.gas import Grossman
 from hydro.grains import theory
 from hydro.grains.placement import CLOSE_PACKING
+from hydro.markdown import table
 from hydro.pictures.style import publish
 from physics.bench import ALPHA, GAMMA, Estimate, box_of_grains, estimate, kept, mean_free_path
 from physics.enskog import SONINE, Enskog

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,7 +12,6 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
-from measure import table
 
 from hydro.deck import load
 from hydro.driver.march import Run, march
@@ -24,6 +24,7 @@ from hydro.grains.integrator import dynamics_of
 from hydro.grains.placement import number_of_grains
 from hydro.initial import initial_state
 from hydro.kinds.evolution import integrator_of
+from hydro.markdown import table
 from hydro.mesh import Mesh
 from hydro.movies.video import gif, mp4
 from hydro.observables.clustering import wall_extremes
@@ -37,7 +38,7 @@ from physics.bench import ALPHA, Estimate, estimate, kept
 from physics.enskog import Enskog
 from physics.extended import MU_CONDUCTION, MU_COOLING
 
-DECK = Path(__file__).parents[2] / "problems" / "grains_small.toml"
+DECK = Path(__file__).parents[3] / "problems" / "grains_small.toml"
 INTERVAL, WINDOW, FRAMES = 0.5, 20.0, 10.0  # between looks, of averages, between pictures
 END, SEEDS = 400.0, (1, 2, 3)
 RATIOS, BOX_END = (0.6, 0.9, 1.2, 1.5, 2.0), 200.0
@@ -70,7 +71,7 @@ def clustering(overrides: list[str], seed: int, frames: bool) -> dict[str, Any]:
     return series | counts | {"pictures": pictures}
 
 
-FLOW = Path(__file__).parents[2] / "problems" / "fig4.toml"
+FLOW = Path(__file__).parents[3] / "problems" / "fig4.toml"
 GASES = {
     "the deck": lambda L, d: Grossman(L, d, ALPHA),
     "matched": lambda L, d: Grossman(L * MU_COOLING / MU_CONDUCTION, d * MU_CONDUCTION, ALPHA),
@@ -310,19 +311,21 @@ def film(folder: Path, grains: dict[str, Any], flow: dict[str, Any]) -> None:
     left.add_collection(disks)
     image = right.imshow(np.zeros((2, 2)), extent=(0.0, 1.0, 0.0, ratio), origin="lower", cmap="gray_r", vmin=0.0,
                          vmax=0.8, interpolation="bilinear", aspect="equal")  # fmt: skip
-    width, height = (int(side_length) for side_length in figure.get_size_inches() * figure.dpi)
+    right.set_title("hydrodynamics", fontsize=9)
+    both = list(zip(grains["pictures"], flow["pictures"], strict=True))[SKIPPED :: SKIPPED + 1]
+
+    def pictures() -> Iterator[np.ndarray]:
+        for number, (positions, density) in enumerate(both, start=1):
+            disks.set_offsets(positions)
+            image.set_data(np.array(density).T)
+            left.set_title(f"grains, t = {number * (SKIPPED + 1) * FRAMES:g}", fontsize=9)
+            canvas.draw()
+            yield np.asarray(canvas.buffer_rgba())
+
     with tempfile.TemporaryDirectory() as scratch:
         movie = Path(scratch) / "film.mp4"
-        with mp4(movie, (width, height), FRAMES_PER_SECOND) as write:
-            both = list(zip(grains["pictures"], flow["pictures"], strict=True))[SKIPPED :: SKIPPED + 1]
-            for number, (positions, density) in enumerate(both, start=1):
-                disks.set_offsets(positions)
-                image.set_data(np.array(density).T)
-                left.set_title(f"grains, t = {number * (SKIPPED + 1) * FRAMES:g}", fontsize=9)
-                right.set_title("hydrodynamics", fontsize=9)
-                canvas.draw()
-                write(canvas.buffer_rgba())
-        gif(folder / "grains_film.gif", movie)
+        mp4(movie, pictures(), FRAMES_PER_SECOND)
+        gif(folder / "grains_film.gif", movie, FRAMES_PER_SECOND)
 
 
 PAGE = """## Localized clusters

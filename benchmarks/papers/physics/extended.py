@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from measure import table
 
 from hydro.deck import load
 from hydro.gas import Grossman
@@ -17,13 +16,14 @@ from hydro.grains import events, theory
 from hydro.grains.integrator import dynamics_of
 from hydro.grains.placement import CLOSE_PACKING
 from hydro.initial import initial_state
+from hydro.markdown import table
 from hydro.pictures.style import publish
 from hydro.steady.extended import ExtendedState, extended_state
 from hydro.walls import VibratingWall
 from physics.bench import ALPHA, GAMMA, Estimate, estimate, kept
 from physics.enskog import Enskog
 
-DECK = Path(__file__).parents[2] / "problems" / "grains_extended.toml"
+DECK = Path(__file__).parents[3] / "problems" / "grains_extended.toml"
 BINS, INTERVAL, FINE = 25, 0.5, 8
 SEEDS = range(1, 5)
 WARM, END = 60.0, 200.0

@@ -1,6 +1,7 @@
-"""Fig. 4 by both integrators on several grids, beside the paper's numbers: prints docs/fig4.md.
+r"""Fig. 4 by both integrators on several grids, beside the paper's numbers: prints docs/fig4.md.
 
-    python benchmarks/fig4.py [--grids 32 64 128 256] [--explicit 32 64 128] [--picture docs/fig4.png] > docs/fig4.md
+    python benchmarks/papers/fig4.py [--grids 32 64 128 256] [--explicit 32 64 128] \
+        [--picture docs/fig4.png] > docs/fig4.md
 
 Runs that are complete in the folder `--output` are not repeated. With the implicit integrator (--grids) 64 x 128 cells
 take some seconds, each doubling about eight times that; with the explicit one (--explicit) 32 x 64 cells take a minute
@@ -18,8 +19,9 @@ from itertools import pairwise
 from pathlib import Path
 
 from hydro.cli import main as hydro
+from hydro.markdown import table
 
-DECK = Path(__file__).parent.parent / "problems" / "fig4.toml"
+DECK = Path(__file__).parents[2] / "problems" / "fig4.toml"
 TIMES = (100, 500, 1000, 1290)
 PAPER = {"wall_max": (0.25, 0.46, 0.66, 0.74), "wall_min": (0.14, 0.072, 0.040, 0.036)}
 NAMES = [f"{kind} at t={time}" for kind in ("max", "min") for time in TIMES]
@@ -78,10 +80,9 @@ def rms_log_ratio(numbers: list[float]) -> float:
     return math.sqrt(sum(math.log(a / b) ** 2 for a, b in zip(numbers, paper, strict=True)) / len(paper))
 
 
-def row(label: str, numbers: list[float], rest: tuple[str, ...] = ("", "")) -> str:
+def row(label: str, numbers: list[float], rest: tuple[str, ...] = ("", "")) -> list[str]:
     """A row of the table: the numbers, the rms of the log ratios to the paper's, steps and seconds."""
-    cells = [label, *(f"{number:.4f}" for number in numbers), f"{rms_log_ratio(numbers):.3f}", *rest]
-    return "| " + " | ".join(cells) + " |"
+    return [label, *(f"{number:.4f}" for number in numbers), f"{rms_log_ratio(numbers):.3f}", *rest]
 
 
 def label_of(nx: int, variant: str) -> str:
@@ -89,16 +90,15 @@ def label_of(nx: int, variant: str) -> str:
     return f"{nx} x {2 * nx}" + (f", {variant}" if variant else "")
 
 
-def table(results: dict[tuple[int, str], dict]) -> list[str]:
+def beside_the_paper(results: dict[tuple[int, str], dict]) -> str:
     """Runs beside the paper."""
     header = ["cells", *(f"max {time}" for time in TIMES), *(f"min {time}" for time in TIMES), "rms log ratio"]
     header += ["steps", "seconds"]
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
-    lines.append(row("paper", [*PAPER["wall_max"], *PAPER["wall_min"]]))
+    rows = [row("paper", [*PAPER["wall_max"], *PAPER["wall_min"]])]
     for key, result in results.items():
         rest = (str(result["steps"]), f"{result['wall_seconds']:.1f}")
-        lines.append(row(label_of(*key), values(result), rest))
-    return lines
+        rows.append(row(label_of(*key), values(result), rest))
+    return table(header, rows)
 
 
 def largest(one: list[float], other: list[float]) -> str:
@@ -107,22 +107,20 @@ def largest(one: list[float], other: list[float]) -> str:
     return f"{size:.2%} ({name})"
 
 
-def changes(implicit: dict[tuple[int, str], list[float]], explicit: dict[tuple[int, str], list[float]]) -> list[str]:
+def changes(implicit: dict[tuple[int, str], list[float]], explicit: dict[tuple[int, str], list[float]]) -> str:
     """Largest relative changes: with the grid, with the step, and between the integrators."""
-    lines = ["| change | largest relative change of the eight numbers |", "|---|---|"]
+    rows = []
     for name, numbers in ((IMPLICIT, implicit), (EXPLICIT, explicit)):
         for kind in ("", FITTED):
             for coarse, fine in pairwise(sorted(nx for nx, variant in numbers if variant == kind)):
                 label = f"`{name}`{', ' * bool(kind)}{kind}, {coarse} -> {fine} cells in x"
-                lines.append(f"| {label} | {largest(numbers[coarse, kind], numbers[fine, kind])} |")
+                rows.append((label, largest(numbers[coarse, kind], numbers[fine, kind])))
         for nx, variant in sorted(numbers):
             if variant in ("half the step", FINER_STEPS):
-                lines.append(f"| `{name}`, {variant}, {nx} | {largest(numbers[nx, ''], numbers[nx, variant])} |")
+                rows.append((f"`{name}`, {variant}, {nx}", largest(numbers[nx, ""], numbers[nx, variant])))
     for nx in sorted({nx for nx, _ in implicit} & {nx for nx, _ in explicit}):
-        lines.append(
-            f"| `{EXPLICIT}` -> `{IMPLICIT}`, {nx} cells in x | {largest(explicit[nx, ''], implicit[nx, ''])} |"
-        )
-    return lines
+        rows.append((f"`{EXPLICIT}` -> `{IMPLICIT}`, {nx} cells in x", largest(explicit[nx, ""], implicit[nx, ""])))
+    return table(("change", "largest relative change of the eight numbers"), rows)
 
 
 def order(first: float, second: float) -> str:
@@ -137,14 +135,12 @@ def richardson(sequence: Sequence[float]) -> tuple[float, float]:
     return sequence[-1] + second / 3.0, abs(4.0 * second - first) / 3.0
 
 
-def agreement(
-    implicit: dict[int, list[float]], explicit: dict[int, list[float]], steps_error: list[float]
-) -> list[str]:
+def agreement(implicit: dict[int, list[float]], explicit: dict[int, list[float]], steps_error: list[float]) -> str:
     """Limits of both integrators from the grids that both have, and differences grid by grid."""
     grids = sorted(set(implicit) & set(explicit))
     header = ["number", f"`{IMPLICIT}`", f"`{EXPLICIT}`", "apart by", "errors together", ""]
     header += [f"difference, {nx} (change)" for nx in grids]
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    rows = []
     for k, name in enumerate(NAMES):
         ours, theirs = [implicit[nx][k] for nx in grids], [explicit[nx][k] for nx in grids]
         (limit, error), (other, other_error) = richardson(ours), richardson(theirs)
@@ -153,11 +149,11 @@ def agreement(
         cells += [f"{apart:.5f}", f"{both:.5f}", "agree" if apart <= both else "**differ**"]
         changes = ["", *(f" ({b / a - 1.0:+.2%})" for a, b in pairwise(theirs))]
         cells += [f"{a / b - 1.0:+.2%}{change}" for a, b, change in zip(ours, theirs, changes, strict=True)]
-        lines.append("| " + " | ".join(cells) + " |")
-    return lines
+        rows.append(cells)
+    return table(header, rows)
 
 
-def limits(numbers: dict[int, list[float]], steps_error: list[float]) -> list[str]:
+def limits(numbers: dict[int, list[float]], steps_error: list[float]) -> str:
     """Observed orders and Richardson limits with their errors, from grids that double, and errors of the steps."""
     grids = sorted(numbers)
     triples = list(zip(grids, grids[1:], grids[2:], strict=False))
@@ -170,8 +166,7 @@ def limits(numbers: dict[int, list[float]], steps_error: list[float]) -> list[st
         "error, steps",
         "log(limit/paper)",
     ]
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
-    found, paper = [], [*PAPER["wall_max"], *PAPER["wall_min"]]
+    rows, found, paper = [], [], [*PAPER["wall_max"], *PAPER["wall_min"]]
     for k, name in enumerate(NAMES):
         sequence = [numbers[nx][k] for nx in grids]
         steps = [b - a for a, b in pairwise(sequence)]
@@ -180,9 +175,9 @@ def limits(numbers: dict[int, list[float]], steps_error: list[float]) -> list[st
         found.append(limit)
         cells = [name, f"{paper[k]:.3f}", *orders, f"{limit:.5f}", f"{error:.5f}", f"{steps_error[k]:.5f}"]
         cells.append(f"{math.log(limit / paper[k]):+.3f}")
-        lines.append("| " + " | ".join(cells) + " |")
+        rows.append(cells)
     said = f"Rms of the eight log ratios of the limits to the paper's numbers: {rms_log_ratio(found):.3f}."
-    return [*lines, "", said]
+    return f"{table(header, rows)}\n\n{said}"
 
 
 LIMITS = """
@@ -238,27 +233,27 @@ def main() -> None:
         )
     words = ["--grids", *map(str, options.grids), "--explicit", *map(str, options.explicit)]
     words += ["--picture", str(options.picture)] if options.picture else []
-    command = f"python benchmarks/fig4.py {' '.join(words)}"
+    command = f"python benchmarks/papers/fig4.py {' '.join(words)}"
     print(HEAD.format(command=command, picture=f"{shown} x {2 * shown}", fitted=FITTED, round=", ".join(ROUND)))
     if implicit:
         print("## The implicit integrator `lagrange-remap`\n")
-        print("\n".join([*table(implicit), "", conservation(IMPLICIT, implicit)]))
+        print(beside_the_paper(implicit), "", conservation(IMPLICIT, implicit), sep="\n")
     if explicit:
         print("\n## The explicit integrator `godunov`\n")
-        print("\n".join([*table(explicit), "", conservation(EXPLICIT, explicit)]))
+        print(beside_the_paper(explicit), "", conservation(EXPLICIT, explicit), sep="\n")
     print("\n## Changes\n")
-    print("\n".join(changes(by_implicit, by_explicit)))
+    print(changes(by_implicit, by_explicit))
     found = {nx: numbers for (nx, variant), numbers in by_implicit.items() if not variant}
     if len(found) > 2:
         finer = by_implicit.get((FINER_STEPS_ON, FINER_STEPS))
         pairs = zip(found[FINER_STEPS_ON], finer, strict=True) if finer else ()
         errors = [4.0 / 3.0 * abs(a - b) for a, b in pairs] or [math.nan] * len(NAMES)
         print(LIMITS.format(on=FINER_STEPS_ON, double=2 * FINER_STEPS_ON))
-        print("\n".join(limits(found, errors)))
+        print(limits(found, errors))
         others = {nx: numbers for (nx, variant), numbers in by_explicit.items() if not variant}
         if len(grids := sorted(set(found) & set(others))) > 2:
             print(AGREEMENT.format(grids=", ".join(map(str, grids))))
-            print("\n".join(agreement(found, others, errors)))
+            print(agreement(found, others, errors))
 
 
 if __name__ == "__main__":

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from measure import table
 
 from hydro.gas import Grossman
 from hydro.grains import events, theory
+from hydro.markdown import table
 from hydro.pictures.style import publish
 from physics.bench import ALPHA, Estimate, box_of_grains, estimate, kept
 

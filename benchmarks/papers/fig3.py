@@ -1,6 +1,6 @@
 """Fig. 3 of the paper: which states its points 3 and 4 are, how their numbers depend on the mesh, and the picture.
 
-    python benchmarks/fig3.py docs > docs/fig3.md
+    python benchmarks/papers/fig3.py docs > docs/fig3.md
 
 The folder gets the picture (fig3.png and fig3.pdf) and a bifurcation diagram. Point 3 is looked for on the half-wave
 branch at Delta = 2, point 4 on the full-wave branch, that is the half-wave branch at Delta = 1 and its mirror image.
@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from hydro.gas import Grossman
+from hydro.markdown import table
 from hydro.mesh import Mesh
 from hydro.observables.clustering import gas_density, wall_extremes
 from hydro.pictures.density import Map, density_panels
@@ -77,10 +78,10 @@ def f_where(family: Family, points: list[Point], which: int, wanted: float) -> f
     return brentq(excess, points[0].value, points[-1].value, xtol=1e-8)
 
 
-def identification(label: str) -> list[str]:
+def identification(label: str) -> list[tuple[object, ...]]:
     """The f at which the densities round to the paper's, mesh by mesh."""
     _, _, high, low = POINTS[label]
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for cells in GRIDS[:3]:
         family, points = branch_points(label, cells)
         from_max = sorted(f_where(family, points, 2, high + side * LAST_DIGIT) for side in (-1, 1))
@@ -88,7 +89,7 @@ def identification(label: str) -> list[str]:
         both = (max(from_max[0], from_min[0]), min(from_max[1], from_min[1]))
         verdict = f"{both[0]:.5f} to {both[1]:.5f}" if both[0] <= both[1] else "none"
         ranges = [f"{ends[0]:.5f} to {ends[1]:.5f}" for ends in (from_max, from_min)]
-        rows.append(f"| {label} | {cells} | {ranges[0]} | {ranges[1]} | {verdict} |")
+        rows.append((label, cells, *ranges, verdict))
     return rows
 
 
@@ -103,40 +104,36 @@ def states(label: str, value: float) -> list[SteadyState]:
     return found
 
 
-def row_of(label: str, value: float, steady: SteadyState) -> str:
+def row_of(label: str, value: float, steady: SteadyState) -> tuple[str, ...]:
     """A state in numbers."""
     state = steady.state
     low, high = wall_extremes(state.density, state.mesh)
     rates = "; ".join(f"{growth.rate:.3g} ({growth.sector})" for growth in growth_of(steady, TAU, 1))
     nx, ny = state.mesh.cells
     gas = gas_density(state, WALL)
-    return f"| {label} | {value:g} | {nx} x {ny} | {high:.4f} | {low:.5f} | {gas:.5f} | {rates} |"
+    return label, f"{value:g}", f"{nx} x {ny}", f"{high:.4f}", f"{low:.5f}", f"{gas:.5f}", rates
 
 
 def main(folder: Path) -> None:
     """Print the tables and draw the picture."""
     values = {"1": F, "2": F, "3": 0.0319, "4": 0.02895}
     print("# Fig. 3: four steady states\n")
-    print("Written by `python benchmarks/fig3.py docs > docs/fig3.md`.\n\n![Four states](fig3.png)\n")
+    print("Written by `python benchmarks/papers/fig3.py docs > docs/fig3.md`.\n\n![Four states](fig3.png)\n")
     print("## Where points 3 and 4 are\n")
     print("The paper gives their largest and smallest density on the wall `x = 0` (0.48 and 0.21, 0.54 and 0.10) and")
     print("the line `Delta = 2`, but not `f`. Intervals of `f` in which each number rounds to the paper's:\n")
-    print("| point | cells in x | f from the largest | f from the smallest | both |\n|---|---|---|---|---|")
-    for label in LIMITS:
-        print("\n".join(identification(label)), flush=True)
+    header = ("point", "cells in x", "f from the largest", "f from the smallest", "both")
+    print(table(header, [row for label in LIMITS for row in identification(label)]), flush=True)
     print("\n## The states, mesh by mesh\n\nGrowth rates for K = 2e-3, tau = 200, W = 114.\n")
-    print(
-        "| point | f | cells | largest n(0,y) | smallest | gas n at x=1 | growth rate |\n|---|---|---|---|---|---|---|"
-    )
-    maps = []
+    maps, rows = [], []
     for label, value in values.items():
         found = states(label, value)
-        for steady in found:
-            print(row_of(label, value, steady), flush=True)
+        rows += [row_of(label, value, steady) for steady in found]
         state = found[2].state
         low, high = wall_extremes(state.density, state.mesh)
         title = rf"point {label}, $f={value:g}$, $\Delta={state.mesh.aspect_ratio:g}$"
         maps.append(Map(state.density, state.mesh, title, high, low))
+    print(table(("point", "f", "cells", "largest n(0,y)", "smallest", "gas n at x=1", "growth rate"), rows))
     density_panels(folder / "fig3", maps)
 
 

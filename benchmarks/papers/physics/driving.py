@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from measure import table
 
 from hydro.grains import theory
 from hydro.grains.random import seeded
 from hydro.jit import kernel
+from hydro.markdown import table
 from hydro.pictures.style import publish
 from physics.bench import PAPER, Estimate, diameter_of, estimate, kept, mean_free_path
 from physics.slab import BINS, BLOCKS, WALLS, slab

@@ -1,6 +1,6 @@
 """What evolution finds in the plane of area fraction and aspect ratio: the deck `problems/map.toml`.
 
-    python benchmarks/map.py docs > docs/map.md
+    python benchmarks/papers/map.py docs > docs/map.md
 
 Draws map.png into the folder: the states found, over the marginal curves of `problems/fig2.toml` and the folds of
 `problems/folds.toml`. Runs that are complete in the folder `--output` are not repeated.
@@ -19,11 +19,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from hydro import open_sweep
+from hydro import markdown, open_sweep
 from hydro.cli import main as hydro
 from hydro.pictures.style import save
 
-PROBLEMS = Path(__file__).parent.parent / "problems"
+PROBLEMS = Path(__file__).parents[2] / "problems"
 SETTLED = 1e-6  # drift, per unit time, up to which a state counts as found
 FAINT = 1e-5  # variation of n(0, y), relative, up to which it may grow: noise keeps extended states at some 1e-6
 CHANGING = "still changing"
@@ -39,9 +39,9 @@ STARTS = (("noise", "o"), ("one half-wave", "^"), ("two half-waves", "s"))
 
 PAGE = """# A map of the states found by evolution
 
-Printed by `python benchmarks/map.py docs > docs/map.md`: `problems/map.toml`, {count} evolutions by `lagrange-remap`
-to t = {end:g}, L = {L:g}, K = {K:g}, tau = {tau:g}, {cells} cells per unit length in y and {nx} in x, stretched by
-{stretch:g}: {seconds:.0f} s of work. Marginal curves are those of the stability solver, folds those of
+Printed by `python benchmarks/papers/map.py docs > docs/map.md`: `problems/map.toml`, {count} evolutions by
+`lagrange-remap` to t = {end:g}, L = {L:g}, K = {K:g}, tau = {tau:g}, {cells} cells per unit length in y and {nx} in x,
+stretched by {stretch:g}: {seconds:.0f} s of work. Marginal curves are those of the stability solver, folds those of
 `problems/folds.toml`.
 
 ![States found in the plane of area fraction and aspect ratio](map.png)
@@ -144,12 +144,10 @@ def legend(there: np.ndarray) -> list[Any]:
     ]
 
 
-def counts(there: np.ndarray) -> list[str]:
+def counts(there: np.ndarray) -> str:
     """How often what was found, by start."""
-    lines = ["| start | " + " | ".join(STATES) + " |", "|" + "---|" * (len(STATES) + 1)]
-    for k, (name, _) in enumerate(STARTS):
-        lines.append(f"| {name} | " + " | ".join(str(int(np.sum(there[..., k] == state))) for state in STATES) + " |")
-    return lines
+    found = [[name, *(int(np.sum(there[..., k] == state)) for state in STATES)] for k, (name, _) in enumerate(STARTS)]
+    return markdown.table(["start", *STATES], found)
 
 
 def comparison(table: Any, there: np.ndarray, rows: list[dict[str, Any]], folds: Any) -> list[str]:
@@ -203,7 +201,7 @@ def main() -> None:
         seconds=sum(member["wall_seconds"] for member in members),
     ))  # fmt: skip
     print("\n## What is found\n")
-    print("\n".join(counts(there)))
+    print(counts(there))
     print("\n## Against the stability and branch solvers\n")
     print("\n".join(comparison(table, there, rows, folds)))
     print(READING)

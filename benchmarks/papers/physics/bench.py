@@ -23,7 +23,7 @@ from hydro.mesh import Mesh
 from hydro.output.files import write_text
 from hydro.state import State
 
-FOLDER = Path(__file__).parents[2] / "output" / "grains_physics"
+FOLDER = Path(__file__).parents[3] / "output" / "grains_physics"
 GAMMA, ALPHA = 2.26, 1.15  # of the paper's closures
 PAPER = math.sqrt(2.0 / math.pi)  # of q = (2/pi)^(1/2) A^2 omega^2 n T^(1/2)
 
