@@ -95,6 +95,7 @@ from hydro.methods import compiled_methods
 from hydro.mesh import Mesh
 from hydro.check.scales import largest_step
 from hydro.state import State
+from hydro.terms import Friction, Viscosity
 
 @compiled_methods
 class GivenFlux(NamedTuple):
@@ -345,7 +346,7 @@ def test_the_number_of_threads_does_not_change_a_bit():
     for count in (1, threads):
         numba.set_num_threads(count)
         state = State.of(gas, mesh, 0.05 * noise, 1.0)
-        integrator = Godunov(gas, VibratingWall(strength=0.228), mesh, tau=200.0)
+        integrator = Godunov(gas, VibratingWall(strength=0.228), mesh, terms=[Friction(200.0)])
         for _ in range(20):
             integrator.step(state, integrator.largest_step(state))
         results.append((integrator.threads, state.conserved))
@@ -371,7 +372,7 @@ def test_the_vibrating_wall_balances_heat_also_against_cold_dense_gas(n, T, W):
 def test_an_integrator_that_remembers_goes_on_with_the_same_bits(name, viscosity):
     gas, wall, mesh = Grossman(L=5e4, K=2e-3), VibratingWall(strength=0.228), Mesh.rectangle((8, 16), 2.0)
     state = State.of(gas, mesh, 0.0235 * (1.0 + 0.1 * np.cos(np.pi * mesh.y)), 1.0)
-    first, second = (INTEGRATORS[name](gas, wall, mesh, tau=200.0, viscosity=viscosity) for _ in range(2))
+    first, second = (INTEGRATORS[name](gas, wall, mesh, terms=[Friction(200.0), Viscosity(viscosity)]) for _ in range(2))
     for _ in range(5):
         first.step(state, first.largest_step(state))
     copy = state.copy()
@@ -402,7 +403,7 @@ def test_mirror_images_stay_so_to_the_last_bit_by_the_implicit_integrator(cells,
 
     n, u, v, T = noise + image(noise)
     state = State.of(gas, mesh, 0.0235 * (1.0 + n), 1.0 + T, (0.1 * u, 0.1 * v))
-    integrator = LagrangeRemap(gas, wall, mesh, tau=200.0, viscosity=viscosity)
+    integrator = LagrangeRemap(gas, wall, mesh, terms=[Friction(200.0), Viscosity(viscosity)])
     for _ in range(20):
         integrator.step(state, integrator.largest_step(state))
     assert np.ptp(state.density, axis=1).min() > 0.0
@@ -412,7 +413,7 @@ def test_mirror_images_stay_so_to_the_last_bit_by_the_implicit_integrator(cells,
 def test_the_implicit_integrator_rejects_a_change_beyond_its_tolerance():
     gas, wall, mesh = Grossman(L=5e4, K=2e-3), VibratingWall(strength=0.228), Mesh.rectangle((8, 16), 2.0)
     state = State.of(gas, mesh, 0.0235 * (1.0 + 0.1 * np.cos(np.pi * mesh.y)), 1.0)
-    integrator = LagrangeRemap(gas, wall, mesh, tau=200.0)
+    integrator = LagrangeRemap(gas, wall, mesh, terms=[Friction(200.0)])
     integrator.step(state, 1e-3)
     before, memory = state.copy(), integrator.memory()
     with pytest.raises(StepRejected, match="the change not foreseen is"):
@@ -457,7 +458,7 @@ def test_iterations_of_the_implicit_step_do_not_grow_with_the_grid():
         state = steady_state(gas, wall, Mesh.rectangle((nx, 2 * nx), 2.0), 0.04, 1).state
         warmer = state.temperature * (1.0 + 0.01 * cosine_averages(state.mesh, 3))
         state = State.of(gas, state.mesh, state.density, warmer)
-        integrator = LagrangeRemap(gas, wall, state.mesh, tau=200.0, tolerance=1e9)
+        integrator = LagrangeRemap(gas, wall, state.mesh, terms=[Friction(200.0)], tolerance=1e9)
         run = Run(state, integrator, math.inf, dt_max=10.0)
         for _ in range(30):
             advance(run, math.inf)

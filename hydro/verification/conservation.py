@@ -15,6 +15,7 @@ from hydro.state import State
 from hydro.verification.claims import Findings, Table, at_least, at_most, measurement
 from hydro.verification.march import ELASTIC, godunov, run, settle
 from hydro.walls import WALLS
+from hydro.terms import Friction
 
 TOPIC = "Conservation and symmetry"
 GAS = Grossman(L=5e4, K=2e-3)
@@ -42,7 +43,7 @@ def ledger(full: bool) -> Findings:
     mesh = Mesh.rectangle((32, 64), DELTA)
     state = cosine(mesh)
     mass, energy = exact_sum(mesh, state.density), exact_sum(mesh, state.conserved[3])
-    given = run(godunov(mesh, GAS, WALLS["vibrating"](W), tau=TAU), state, 20.0)
+    given = run(godunov(mesh, GAS, WALLS["vibrating"](W), terms=[Friction(TAU)]), state, 20.0)
     drift = abs(exact_sum(mesh, state.density) / mass - 1.0)
     change = exact_sum(mesh, state.conserved[3]) - energy
     missing = math.fsum([change, -given["wall"], given["collisions"], given["friction"]])
@@ -85,7 +86,7 @@ def mirror_difference(steps: int) -> float:
     runs = [uneven(mesh), uneven(mesh)]
     sign = np.array([1.0, 1.0, -1.0, 1.0])[:, None, None]
     runs[1].conserved = np.ascontiguousarray(sign * runs[1].conserved[:, :, ::-1])
-    march_together(runs, [godunov(mesh, GAS, WALLS["vibrating"](W), tau=TAU) for _ in runs], steps)
+    march_together(runs, [godunov(mesh, GAS, WALLS["vibrating"](W), terms=[Friction(TAU)]) for _ in runs], steps)
     return float(np.max(np.abs(runs[0].conserved - sign * runs[1].conserved[:, :, ::-1])))
 
 
@@ -100,7 +101,7 @@ def transposed_difference(steps: int) -> float:
     mesh = Mesh.rectangle((32, 32), periodic=(True, True))
     state = uneven(mesh)
     runs = [state, transposed(state)]
-    march_together(runs, [godunov(mesh, GAS, tau=TAU) for _ in runs], steps)
+    march_together(runs, [godunov(mesh, GAS, terms=[Friction(TAU)]) for _ in runs], steps)
     return float(np.max(np.abs(runs[0].conserved - transposed(runs[1]).conserved)))
 
 
@@ -127,7 +128,7 @@ def rest(full: bool) -> Findings:
     }
     claims = []
     for name, state in starts.items():
-        before, integrator = state.conserved.copy(), godunov(mesh, state.gas, ELASTIC, tau=TAU)
+        before, integrator = state.conserved.copy(), godunov(mesh, state.gas, ELASTIC, terms=[Friction(TAU)])
         march_together([state], [integrator], 200)
         change = float(np.max(np.abs(state.conserved - before)))
         claims.append(at_most(TOPIC, f"{name}: change in 200 steps", "round-off", change, 1e-12))
@@ -139,7 +140,7 @@ def steady_line(wall_strength: float, tolerance: float) -> State:
     gas = Grossman(L=5e4, K=2e-2)
     mesh = Mesh.rectangle((32, 4), 0.25)
     state = State.of(gas, mesh, AREA_FRACTION, 1.0)
-    integrator = godunov(mesh, gas, WALLS["vibrating"](wall_strength), tau=20.0)
+    integrator = godunov(mesh, gas, WALLS["vibrating"](wall_strength), terms=[Friction(20.0)])
     settle(integrator, state, 10.0, tolerance, 1500.0)
     return state
 

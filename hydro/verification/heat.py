@@ -29,6 +29,7 @@ from hydro.studies.orders import orders
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import ELASTIC, IDEAL, along, godunov, l1, laid, run
 from hydro.walls import WALLS
+from hydro.terms import Friction
 
 TOPIC = "Heat, friction and the driving wall"
 GRANULAR = Grossman(L=5e4, K=2e-3)
@@ -173,7 +174,7 @@ def mode_error(gas: Grossman, n: float, tau: float, mode: LinearMode, count: int
 
     dn, du, _, dT = fields(0.0)
     state = State.of(gas, mesh, n + dn, 1.0 + dT, (du, 0.0))
-    run(godunov(mesh, gas, tau=tau, riemann=riemann), state, 0.4)
+    run(godunov(mesh, gas, terms=[Friction(tau)], riemann=riemann), state, 0.4)
     return l1(mesh, state.density - n - fields(0.4)[0]) / MODE_AMPLITUDE
 
 
@@ -182,7 +183,7 @@ def friction(full: bool) -> Findings:
     """A uniform flow in a periodic box slows down as exp(-t/tau); its temperature stays."""
     mesh, tau = Mesh.rectangle((8, 8), periodic=(True, True)), 3.0
     state = State.of(IDEAL, mesh, 0.2, 1.0, (0.3, -0.2))
-    run(godunov(mesh, tau=tau), state, 5.0)
+    run(godunov(mesh, terms=[Friction(tau)]), state, 5.0)
     u, v = state.velocity
     keep = math.exp(-5.0 / tau)
     error = max(float(np.max(np.abs(u / (0.3 * keep) - 1.0))), float(np.max(np.abs(v / (-0.2 * keep) - 1.0))))

@@ -26,6 +26,7 @@ from hydro.verification.march import ELASTIC, IDEAL, along, godunov, l1, run
 from hydro.verification.riemann_problems import PROBLEMS, calculate
 from hydro.verification.waves import along_a_line, simple_wave
 from hydro.walls import VibratingWall
+from hydro.terms import Friction
 
 TOPIC = "The implicit integrator"
 GAS, WALL, TAU = Grossman(L=5e4, K=2e-3), VibratingWall(strength=0.228), 200.0
@@ -41,7 +42,7 @@ def implicit(mesh: Mesh, gas: Any = IDEAL, wall: Any = ELASTIC, **options: Any) 
 
 def driven(mesh: Mesh, **options: Any) -> LagrangeRemap:
     """The integrator with the gas, wall and friction of Fig. 4."""
-    return implicit(mesh, GAS, WALL, tau=TAU, **options)
+    return implicit(mesh, GAS, WALL, terms=[Friction(TAU)], **options)
 
 
 def start_of_fig4(cells: int) -> State:
@@ -190,7 +191,7 @@ def both(full: bool) -> Findings:
 
 def explicit(cells: int) -> Integrator:
     """The explicit integrator for Fig. 4."""
-    return godunov(start_of_fig4(cells).mesh, GAS, WALL, tau=TAU)
+    return godunov(start_of_fig4(cells).mesh, GAS, WALL, terms=[Friction(TAU)])
 
 
 @measurement(TOPIC, "It ends in the states of the Newton solver")

@@ -48,14 +48,14 @@ def errors(integrator: Integrator, mesh: Mesh, dt: float | None = None) -> list[
 def explicit_errors(cells: int, **options: Any) -> list[float]:
     """Of the explicit integrator with its default step."""
     mesh = mesh_of(cells)
-    return errors(Godunov(GAS, WALL, mesh, tau=TAU, source=SOLUTION.source, **options), mesh)
+    return errors(Godunov(GAS, WALL, mesh, terms=SOLUTION.terms, **options), mesh)
 
 
 def implicit_errors(cells: int, limiter: str) -> list[float]:
     """Of the implicit integrator with steps in proportion to the cells."""
     mesh = mesh_of(cells)
     integrator = LagrangeRemap(
-        GAS, WALL, mesh, tau=TAU, limiter=limiter, tolerance=math.inf, source=SOLUTION.source
+        GAS, WALL, mesh, terms=SOLUTION.terms, limiter=limiter, tolerance=math.inf
     )  # fmt: skip
     return errors(integrator, mesh, END / (2 * cells))
 

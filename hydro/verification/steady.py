@@ -30,6 +30,7 @@ from hydro.studies.orders import orders
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import run
 from hydro.walls import ThermalWall, VibratingWall
+from hydro.terms import Friction
 
 TOPIC = "Localized steady states, growth rates and branches"
 GAS, TAU, F = Grossman(L=5e4, K=2e-3), 200.0, 0.0235
@@ -63,7 +64,7 @@ def fixed_points(full: bool) -> Findings:
     for (name, (wave, wall, stretch)), integrator in itertools.product(FIXED_POINTS.items(), INTEGRATORS):
         steady = state_of(wave, (cells, cells * max(wave, 1)), wall, stretch)
         state = steady.state
-        run(INTEGRATORS[integrator](GAS, wall, state.mesh, tau=TAU), state, 100.0)
+        run(INTEGRATORS[integrator](GAS, wall, state.mesh, terms=[Friction(TAU)]), state, 100.0)
         moved = float(np.max(np.abs(state.density / steady.state.density - 1.0)))
         claims.append(at_most(TOPIC, f"{name}, {integrator}: relative change of n in 100 units", "0", moved, 1e-9))
     return Findings(tuple(claims))
@@ -156,7 +157,7 @@ def both_rates(case: GrowthCase, cells: int) -> tuple[float, float]:
     growth = next(growth for growth in growth_of(steady, TAU, 1) if growth.sector == case.sector)
     mode = growth.modes[0]
     state = with_mode(steady.state, mode, 1e-4)
-    integrator = INTEGRATORS["godunov"](GAS, VIBRATING, state.mesh, tau=TAU)
+    integrator = INTEGRATORS["godunov"](GAS, VIBRATING, state.mesh, terms=[Friction(TAU)])
     shares = []
     for time in (case.start, case.end):
         run(integrator, state, time)

@@ -24,6 +24,7 @@ from hydro.verification.manufactured import END, SOLUTION, WALL, mesh_of
 from hydro.verification.march import ELASTIC, l1, run
 from hydro.verification.steady import VIBRATING, state_of
 from hydro.walls import VibratingWall
+from hydro.terms import Friction, Term, Viscosity
 
 TOPIC = "Viscosity"
 SECOND = 1.9
@@ -31,9 +32,9 @@ AMPLITUDE = 1e-7
 FREE: dict[str, dict[str, float]] = {"godunov": {}, "lagrange-remap": {"tolerance": math.inf}}  # steps are given
 
 
-def viscous(name: str, gas: Any, wall: Any, mesh: Mesh, **options: Any) -> Integrator:
-    """An integrator of the viscous gas."""
-    return INTEGRATORS[name](gas, wall, mesh, viscosity=1.0, **options)
+def viscous(name: str, gas: Any, wall: Any, mesh: Mesh, *terms: Term, **options: Any) -> Integrator:
+    """An integrator of the viscous gas, with further terms."""
+    return INTEGRATORS[name](gas, wall, mesh, terms=[*terms, Viscosity()], **options)
 
 
 @measurement(TOPIC, "Modes")
@@ -61,7 +62,7 @@ def mode_error(name: str, mode: LinearMode, count: int) -> float:
     """Sum of the L1 errors of n, u, v and T over the amplitude."""
     mesh = Mesh.rectangle((count, 4), periodic=(True, True))
     state, wanted = small_mode(mode, mesh, 0.0), small_mode(mode, mesh, 0.4)
-    integrator = viscous(name, state.gas, ELASTIC, mesh, tau=5.0, **FREE[name])
+    integrator = viscous(name, state.gas, ELASTIC, mesh, Friction(5.0), **FREE[name])
     run(integrator, state, 0.4, 0.4 / (3 * count) if name == "lagrange-remap" else None)
     pairs = zip((state.density, *state.velocity, state.temperature),
                 (wanted.density, *wanted.velocity, wanted.temperature), strict=True)  # fmt: skip
@@ -144,7 +145,7 @@ def made_up_errors(name: str, cells: int) -> list[float]:
     mesh = mesh_of(cells)
     solution = Manufactured(SOLUTION.gas, SOLUTION.tau, SOLUTION.strength, SOLUTION.aspect_ratio, viscosity=1.0)
     state = State(solution.gas, mesh, solution.conserved(mesh, 0.0))
-    integrator = viscous(name, state.gas, WALL, mesh, tau=solution.tau, source=solution.source, **FREE[name])
+    integrator = viscous(name, state.gas, WALL, mesh, *solution.terms, **FREE[name])
     run(integrator, state, END, END / (2 * cells) if name == "lagrange-remap" else None)
     return [l1(mesh, error) for error in state.conserved - solution.conserved(mesh, END)]
 
@@ -180,7 +181,7 @@ def rate_of(name: str, wave: int, sector: str, start: float, cells: int, viscosi
     steady = state_of(wave, (cells, cells * max(wave, 1)))
     mode = next(growth for growth in growth_of(steady, TAU, 1) if growth.sector == sector).modes[0]
     state = with_mode(steady.state, mode, 1e-4)
-    integrator = INTEGRATORS[name](GAS, VIBRATING, state.mesh, tau=TAU, viscosity=viscosity, **FREE[name])
+    integrator = INTEGRATORS[name](GAS, VIBRATING, state.mesh, terms=[Friction(TAU), Viscosity(viscosity)], **FREE[name])
     shares = []
     for time in (start, 100.0):
         run(integrator, state, time, 0.1 if name == "lagrange-remap" else None)
@@ -211,7 +212,7 @@ def missing_energy(name: str) -> float:
     mesh = Mesh.rectangle((32, 64), 2.0)
     state = cosine(mesh)
     before = exact_sum(mesh, state.conserved[3])
-    given = run(viscous(name, GAS, VibratingWall(GAS.K * W), mesh, tau=TAU), state, 20.0)
+    given = run(viscous(name, GAS, VibratingWall(GAS.K * W), mesh, Friction(TAU)), state, 20.0)
     change = exact_sum(mesh, state.conserved[3]) - before
     missing = math.fsum([change, -given["wall"], given["collisions"], given["friction"]])
     return abs(missing) / max(map(abs, (before, change, *given.values())))
@@ -223,7 +224,7 @@ def mirror_difference(name: str) -> float:
     runs = [uneven(mesh), uneven(mesh)]
     runs[1].conserved = np.ascontiguousarray(sign * runs[1].conserved[:, :, ::-1])
     for state in runs:
-        run(viscous(name, GAS, VibratingWall(GAS.K * W), mesh, tau=TAU, **FREE[name]), state, 0.25, 5e-3)
+        run(viscous(name, GAS, VibratingWall(GAS.K * W), mesh, Friction(TAU), **FREE[name]), state, 0.25, 5e-3)
     return float(np.max(np.abs(runs[0].conserved - sign * runs[1].conserved[:, :, ::-1])))
 
 
@@ -231,5 +232,5 @@ def restlessness(name: str) -> float:
     """Largest relative change of the density of a steady state in 100 units of time."""
     state = state_of(1, (16, 16)).state.copy()
     before = state.density.copy()
-    run(viscous(name, state.gas, VIBRATING, state.mesh, tau=TAU), state, 100.0)
+    run(viscous(name, state.gas, VIBRATING, state.mesh, Friction(TAU)), state, 100.0)
     return float(np.max(np.abs(state.density / before - 1.0)))
