@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,12 +11,14 @@ import numba
 import numpy as np
 
 from hydro.dynamics import Godunov
-from hydro.dynamics.integrator import Integrator, StepRejected
+from hydro.dynamics.integrator import Integrator
 from hydro.dynamics.lagrange import LagrangeRemap
+from hydro.errors import StepRejected
 from hydro.exact import SimpleWave, cell_averages
 from hydro.gas import Grossman, HardDisks
 from hydro.mesh import Mesh
 from hydro.state import State
+from hydro.terms import Friction
 from hydro.walls import VibratingWall
 
 F, L, K, W, TAU = 0.0235, 5e4, 2e-3, 114.0, 200.0  # typical of Fig. 4 of the paper
@@ -78,7 +79,8 @@ def problem(n: int, kind: str) -> tuple[State, Integrator]:
     mesh = Mesh.rectangle((n, n), periodic=(ideal, ideal))
     state = rippled(granular_gas(0.0 if ideal else K), mesh)
     method = LagrangeRemap if kind == "implicit" else Godunov
-    return state, method(state.gas, VibratingWall(strength=0.0 if ideal else K * W), mesh, math.inf if ideal else TAU)
+    wall, terms = VibratingWall(strength=0.0 if ideal else K * W), () if ideal else (Friction(TAU),)
+    return state, method(state.gas, wall, mesh, terms)
 
 
 def granular_gas(K: float = 0.0) -> Grossman:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 ENERGY = "n_c T_* L_x^2"  # unit of the books
@@ -25,3 +26,17 @@ WALL = Account("wall", 1, "energy from the driving wall", drives=True)
 COLLISIONS = Account("collisions", -1, "energy lost in collisions")
 FRICTION = Account("friction", -1, "energy of the flow lost by rolling friction")
 SOURCE = Account("source", 1, "energy from added sources")
+
+
+class Amounts(dict[str, float]):
+    """Energies, or powers, by the names of accounts."""
+
+    @classmethod
+    def of(cls, accounts: Iterable[Account]) -> Amounts:
+        """Zero for every account."""
+        return cls({account.name: 0.0 for account in accounts})
+
+    def add(self, amounts: Mapping[str, float]) -> None:
+        """Add to what is there."""
+        for name, amount in amounts.items():
+            self[name] += amount

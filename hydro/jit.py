@@ -2,7 +2,7 @@
 
 `kernel` compiles a function over arrays and keeps the result on disk; `part` and `inline` do so for its parts.
 
-The methods of closures, walls and limiters, and formulas, are taught to the compiler here, as `hydro.methods` notes them.
+The methods of closures, walls and limiters, and formulas, are taught to the compiler here: `hydro.methods` notes them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From a deck to the things it names: gas, mesh, wall."""
+"""From a deck to the things it names: gas, mesh, wall, terms."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 from hydro.gas import CLOSURES, Closure
 from hydro.mesh import Mesh
+from hydro.terms import TERMS, Term
 from hydro.walls import WALLS
 
 
@@ -28,6 +29,11 @@ def wall_of(deck: Any):
     if "W" in given:
         given["strength"] = deck.gas.K * given.pop("W")
     return WALLS[deck.wall.kind](**given)
+
+
+def terms_of(deck: Any) -> list[Term]:
+    """The terms beside flow and heat that the deck names."""
+    return [term.of(deck) for term in TERMS]
 
 
 def viscosity_of(deck: Any) -> float:

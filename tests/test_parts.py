@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numba
 import numpy as np
 import pytest
+from hydro.numerics.reduce import store_largest
 
 from hydro import deck
 from hydro.check.scales import largest_step
@@ -19,7 +20,6 @@ from hydro.driver.march import Run, advance, choose_step, march
 from hydro.driver.trackers import AtTimes
 from hydro.dynamics import INTEGRATORS, Godunov, Integrator, LagrangeRemap, StepRejected, multigrid
 from hydro.dynamics.limiters import LIMITERS
-from hydro.dynamics.reduce import store_largest
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.errors import RunFailed
 from hydro.gas import CLOSURES, Grossman
@@ -34,6 +34,7 @@ from hydro.state import State
 from hydro.steady.balance import Balance
 from hydro.steady.localized import SEARCHES, steady_state
 from hydro.steady.marginal import WALL_CONDITIONS
+from hydro.terms import Friction, Viscosity
 from hydro.walls import WALLS, ThermalWall, VibratingWall
 
 
@@ -95,7 +96,6 @@ from hydro.methods import compiled_methods
 from hydro.mesh import Mesh
 from hydro.check.scales import largest_step
 from hydro.state import State
-from hydro.terms import Friction, Viscosity
 
 @compiled_methods
 class GivenFlux(NamedTuple):
@@ -372,7 +372,9 @@ def test_the_vibrating_wall_balances_heat_also_against_cold_dense_gas(n, T, W):
 def test_an_integrator_that_remembers_goes_on_with_the_same_bits(name, viscosity):
     gas, wall, mesh = Grossman(L=5e4, K=2e-3), VibratingWall(strength=0.228), Mesh.rectangle((8, 16), 2.0)
     state = State.of(gas, mesh, 0.0235 * (1.0 + 0.1 * np.cos(np.pi * mesh.y)), 1.0)
-    first, second = (INTEGRATORS[name](gas, wall, mesh, terms=[Friction(200.0), Viscosity(viscosity)]) for _ in range(2))
+    first, second = (
+        INTEGRATORS[name](gas, wall, mesh, terms=[Friction(200.0), Viscosity(viscosity)]) for _ in range(2)
+    )
     for _ in range(5):
         first.step(state, first.largest_step(state))
     copy = state.copy()

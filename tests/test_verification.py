@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hydro.dynamics.integrator import StepRejected
+from hydro.errors import StepRejected
 from hydro.studies.orders import fitted_order, orders
 from hydro.verification import MEASUREMENTS, Claim, Measurement, Table
 from hydro.verification.book import claim_row, table_lines

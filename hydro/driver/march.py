@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from hydro.driver.ledger import Ledger
-from hydro.dynamics.integrator import Integrator, StepRejected
-from hydro.errors import RunFailed
+from hydro.dynamics.integrator import Integrator
+from hydro.errors import RunFailed, StepRejected
 from hydro.output.checkpoint import Checkpoint
 from hydro.state import State
 

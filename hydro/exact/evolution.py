@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from hydro.dynamics.integrator import Source
 from hydro.exact.manufactured import Manufactured
 from hydro.exact.solutions import (
     DensityWave,
@@ -20,12 +19,13 @@ from hydro.mesh import Mesh
 from hydro.registry import Registry
 from hydro.setup import gas_of, viscosity_of, wall_of
 from hydro.state import State
+from hydro.terms import Source
 
 # Conserved fields, shape (4, nx, ny), averaged over the cells of a mesh, at a time.
 Evolution = Callable[[Mesh, float], np.ndarray]
 
 EVOLUTIONS: Registry[Callable[[Any], Evolution]] = Registry("exact evolution")  # of evolution decks
-SOURCES: dict[str, Callable[[Any], Source]] = {}  # for evolutions that need a source to be one
+SOURCES: dict[str, Callable[[Any], Source]] = {}  # terms that an evolution needs to be exact
 
 
 def exact_evolution(deck: Any) -> Evolution:
@@ -33,10 +33,10 @@ def exact_evolution(deck: Any) -> Evolution:
     return EVOLUTIONS[deck.initial.kind](deck)
 
 
-def source_of(deck: Any) -> Source | None:
-    """What the deck's initial state wants to be added to the equations, if anything."""
+def sources_of(deck: Any) -> list[Source]:
+    """What the deck's initial state wants to be added to the equations."""
     source = SOURCES.get(deck.initial.kind)
-    return source(deck) if source else None
+    return [source(deck)] if source else []
 
 
 @EVOLUTIONS.register("uniform")
@@ -92,7 +92,7 @@ def manufactured(deck: Any) -> Manufactured:
     return Manufactured(gas_of(deck), deck.gas.tau, strength, deck.box.aspect_ratio, viscosity_of(deck))
 
 
-SOURCES["manufactured"] = lambda deck: manufactured(deck).source
+SOURCES["manufactured"] = lambda deck: Source(manufactured(deck).source)
 
 
 def straight(conserved: Callable[[np.ndarray, float], np.ndarray]) -> Callable[[np.ndarray, float], np.ndarray]:

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydro.mesh import Mesh
+from hydro.terms import Friction, Source, Term, Viscosity
 
 STEP = 1e-30  # of the complex-step derivatives
 OFFSETS = (-0.5 / 3.0**0.5, 0.5 / 3.0**0.5)  # of the two Gauss points, in cell widths
@@ -34,7 +35,7 @@ class Fields(NamedTuple):
     T_y: Any
     u_x: Any
     v_y: Any
-    bent: Any  # u_y + v_x
+    shear_rate: Any  # u_y + v_x
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,11 @@ class Manufactured:
         """Cell averages of density, momenta and energy, shape (4, nx, ny)."""
         return averaged(self._conserved, mesh, t)
 
+    @property
+    def terms(self) -> list[Term]:
+        """The terms of the equations that it solves."""
+        return [Friction(self.tau), Viscosity(self.viscosity), Source(self.source)]
+
     def source(self, t: float, mesh: Mesh) -> np.ndarray:
         """What is to be added to the equations: cell averages, shape (4, nx, ny)."""
         return averaged(self._remainder, mesh, t)
@@ -106,7 +112,7 @@ class Manufactured:
         energy = field.n * (field.T + 0.5 * (field.u**2 + field.v**2)) + field.p
         heat = self.gas.conductivity(field.n, field.T) * gradient
         eta, zeta = (self.viscosity * part for part in self.gas.viscosities(field.n, field.T))
-        normal, shear = 2.0 * eta * stretched + (zeta - eta) * (field.u_x + field.v_y), eta * field.bent
+        normal, shear = 2.0 * eta * stretched + (zeta - eta) * (field.u_x + field.v_y), eta * field.shear_rate
         along_x, along_y = (normal, shear) if axis == 0 else (shear, normal)
         work = along_x * field.u + along_y * field.v
         momenta = (mass * field.u + push[0] - along_x, mass * field.v + push[1] - along_y)

@@ -22,9 +22,9 @@ from hydro.driver.march import Run, Tracker, march
 from hydro.driver.restart import newest_checkpoint, refuse_changes
 from hydro.driver.trackers import AtTimes, Every, ProgressBar, ProgressLines, SaveOnSignal, StopOnSignal, WallLimit
 from hydro.dynamics import INTEGRATORS
-from hydro.dynamics.integrator import Integrator, StepRejected
-from hydro.errors import CheckpointError, Complaint, DeckError, HydroError, RunFailed
-from hydro.exact.evolution import source_of
+from hydro.dynamics.integrator import Integrator
+from hydro.errors import CheckpointError, Complaint, DeckError, HydroError, RunFailed, StepRejected
+from hydro.exact.evolution import sources_of
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
 from hydro.movies.frames import Frames
@@ -34,7 +34,7 @@ from hydro.output.files import sync
 from hydro.output.folder import RunFolder
 from hydro.output.xdmf import Series
 from hydro.revision import git_revision
-from hydro.setup import gas_of, wall_of
+from hydro.setup import gas_of, terms_of, wall_of
 from hydro.state import State
 
 MOST_PANELS = 12
@@ -206,8 +206,8 @@ OPTIONS: dict[str, Callable[[EvolutionDeck], dict[str, Any]]] = {
 def integrator_of(deck: EvolutionDeck, state: State) -> Integrator:
     """The deck's integrator, ready for `state`."""
     name, options = deck.time.integrator, OPTIONS[deck.time.integrator](deck)
-    physics = {"tau": deck.gas.tau, "viscosity": deck.gas.viscosity, "source": source_of(deck)}
-    return INTEGRATORS[name](state.gas, wall_of(deck), state.mesh, **physics, **options)
+    terms = [*terms_of(deck), *sources_of(deck)]
+    return INTEGRATORS[name](state.gas, wall_of(deck), state.mesh, terms, **options)
 
 
 def warm_up(integrator: Integrator, state: State) -> float:

@@ -6,4 +6,6 @@ from hydro.terms.term import Stress, Term
 from hydro.terms.together import Terms
 from hydro.terms.viscosity import Viscosity
 
-__all__ = ["Friction", "Source", "Stress", "Term", "Terms", "Viscosity"]
+__all__ = ["TERMS", "Friction", "Source", "Stress", "Term", "Terms", "Viscosity"]
+
+TERMS = (Friction, Viscosity)  # those that decks name, each by `of`

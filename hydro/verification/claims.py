@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from hydro.dynamics.integrator import StepRejected
+from hydro.errors import StepRejected
 
 Comparison = Literal["<=", ">="]
 Row = Sequence[float | int | str]

@@ -12,10 +12,10 @@ import numpy as np
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
 from hydro.state import State
+from hydro.terms import Friction
 from hydro.verification.claims import Findings, Table, at_least, at_most, measurement
 from hydro.verification.march import ELASTIC, godunov, run, settle
 from hydro.walls import WALLS
-from hydro.terms import Friction
 
 TOPIC = "Conservation and symmetry"
 GAS = Grossman(L=5e4, K=2e-3)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from hydro.dynamics import heat
+from hydro.dynamics.godunov import heat
 from hydro.exact import (
     LinearMode,
     cell_averages,
@@ -22,14 +22,15 @@ from hydro.exact import (
     linear_modes,
 )
 from hydro.gas import Grossman
-from hydro.mesh import Geometry, Mesh
+from hydro.mesh import Mesh
 from hydro.methods import compiled_methods
 from hydro.state import State
 from hydro.studies.orders import orders
+from hydro.terms import Friction
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import ELASTIC, IDEAL, along, godunov, l1, laid, run
 from hydro.walls import WALLS
-from hydro.terms import Friction
+from hydro.walls.boundary import Boundary
 
 TOPIC = "Heat, friction and the driving wall"
 GRANULAR = Grossman(L=5e4, K=2e-3)
@@ -40,14 +41,14 @@ class HeatOnly:
     """The heat operator alone, as an integrator: the flow stands still and the density is frozen."""
 
     def __init__(self, mesh: Mesh, gas: Any, wall: Any = ELASTIC):
-        self.gas, self.wall = gas, wall
-        self.geometry, self.arrays = Geometry.of(mesh), heat.HeatArrays.of(mesh, 1)
+        self.boundary = Boundary(gas, wall, mesh)
+        self._heat = heat.Heat(gas, self.boundary, mesh, 1)
 
     def advance(self, state: State, end: float, steps: int) -> State:
         """Advance `state` in place to `end` in equal steps."""
         dt = (end - state.time) / steps
         for _ in range(steps):
-            heat.advance(self.gas, self.wall, self.geometry, self.arrays, state.conserved, dt)
+            self._heat.advance(state.conserved, dt)
         state.time = end
         return state
 
@@ -249,7 +250,7 @@ def wall_errors(wall: Any, exact: Extended, count: int) -> WallErrors:
     state = State.of(DRIVEN, mesh, n, 0.8 * T)
     method = HeatOnly(mesh, DRIVEN, wall)
     method.advance(state, STEADY, 4)
-    T_wall = method.arrays.wall_temperature[0]
+    (T_wall,) = method.boundary.temperatures()["wall_temperature_x1"]
     last_n, last_T = state.density[-1, 0], state.temperature[-1, 0]
     _, T_wall = wall.face(DRIVEN, last_n, last_T, 0.5 * mesh.dx[-1], T_wall)
     n_wall = DRIVEN.density(DRIVEN.pressure(last_n, last_T), T_wall)

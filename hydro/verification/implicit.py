@@ -21,12 +21,12 @@ from hydro.state import State
 from hydro.steady.growth import growth_of, with_mode
 from hydro.steady.localized import steady_state
 from hydro.studies.orders import orders
+from hydro.terms import Friction
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import ELASTIC, IDEAL, along, godunov, l1, run
 from hydro.verification.riemann_problems import PROBLEMS, calculate
 from hydro.verification.waves import along_a_line, simple_wave
 from hydro.walls import VibratingWall
-from hydro.terms import Friction
 
 TOPIC = "The implicit integrator"
 GAS, WALL, TAU = Grossman(L=5e4, K=2e-3), VibratingWall(strength=0.228), 200.0

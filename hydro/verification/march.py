@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from hydro.dynamics.godunov import Godunov
-from hydro.dynamics.integrator import Integrator, StepRejected
+from hydro.dynamics.integrator import Integrator
+from hydro.errors import StepRejected
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
 from hydro.state import State

@@ -27,10 +27,10 @@ from hydro.steady.localized import extended_solution, steady_state
 from hydro.steady.marginal import critical_aspect_ratio
 from hydro.steady.spectrum import Linearization, Mode, even, odd
 from hydro.studies.orders import orders
+from hydro.terms import Friction
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.march import run
 from hydro.walls import ThermalWall, VibratingWall
-from hydro.terms import Friction
 
 TOPIC = "Localized steady states, growth rates and branches"
 GAS, TAU, F = Grossman(L=5e4, K=2e-3), 200.0, 0.0235

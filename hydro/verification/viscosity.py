@@ -18,13 +18,13 @@ from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.steady.growth import growth_of, with_mode
 from hydro.studies.orders import orders
+from hydro.terms import Friction, Term, Viscosity
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.conservation import GAS, TAU, W, cosine, exact_sum, uneven
 from hydro.verification.manufactured import END, SOLUTION, WALL, mesh_of
 from hydro.verification.march import ELASTIC, l1, run
 from hydro.verification.steady import VIBRATING, state_of
 from hydro.walls import VibratingWall
-from hydro.terms import Friction, Term, Viscosity
 
 TOPIC = "Viscosity"
 SECOND = 1.9
@@ -181,7 +181,9 @@ def rate_of(name: str, wave: int, sector: str, start: float, cells: int, viscosi
     steady = state_of(wave, (cells, cells * max(wave, 1)))
     mode = next(growth for growth in growth_of(steady, TAU, 1) if growth.sector == sector).modes[0]
     state = with_mode(steady.state, mode, 1e-4)
-    integrator = INTEGRATORS[name](GAS, VIBRATING, state.mesh, terms=[Friction(TAU), Viscosity(viscosity)], **FREE[name])
+    integrator = INTEGRATORS[name](
+        GAS, VIBRATING, state.mesh, terms=[Friction(TAU), Viscosity(viscosity)], **FREE[name]
+    )
     shares = []
     for time in (start, 100.0):
         run(integrator, state, time, 0.1 if name == "lagrange-remap" else None)

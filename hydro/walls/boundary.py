@@ -14,6 +14,7 @@ from hydro.fields import N, P, U, V
 from hydro.gas import Closure
 from hydro.jit import kernel
 from hydro.mesh import GHOSTS, Mesh
+from hydro.walls.elastic import ElasticWall
 from hydro.walls.sides import Walls
 
 LOW, HIGH = 0, 1  # the sides x = 0 and x = 1 of `x`, and y = 0 and y = aspect ratio of `y`
@@ -86,7 +87,7 @@ class Boundary:
         if not self.mesh.periodic[axis]:
             laws, ghosts = self.walls[2 * axis : 2 * axis + 2], (self.sides.ghost_x, self.sides.ghost_y)[axis]
             for law, rows in zip(laws, ghosts, strict=True):
-                reflect(law, axis, rows)
+                reflect(law if hasattr(law, "beyond") else ElasticWall(), axis, rows)
 
     def beside(self, field: np.ndarray) -> list[np.ndarray]:
         """Of a field (nx, ny), the values beside every heated side; each (m,) and contiguous."""

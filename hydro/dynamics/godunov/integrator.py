@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import Any, ClassVar
 
@@ -17,7 +16,7 @@ import numba
 import numpy as np
 from numba import prange
 
-from hydro.accounts import COLLISIONS, WALL
+from hydro.accounts import COLLISIONS, WALL, Amounts
 from hydro.dynamics.godunov import hancock, heat
 from hydro.dynamics.godunov.ghosts import fill_ghosts
 from hydro.dynamics.integrator import INTEGRATORS, Integrator, flow_accounts, flow_limits
@@ -77,9 +76,10 @@ class Godunov(Integrator):
 
     def step(self, state: State, dt: float) -> dict[str, float]:
         """Advance `state` in place by `dt`; StepRejected, if n or T would leave its bounds, leaves it untouched."""
-        guesses, booked = self.memory(), Counter(dict.fromkeys((account.name for account in self.accounts), 0.0))
+        guesses, booked = self.memory(), Amounts.of(self.accounts)
         rates = self.terms.rates(state.time + 0.5 * dt, self.mesh)
-        booked.update({name: dt * self.mesh.integral(field[E]) for name, field in rates})
+        for name, field in rates:
+            booked[name] += dt * self.mesh.integral(field[E])
         before, after = self._half, self._next
         before[:] = state.conserved
         with thread_count(self.threads):
@@ -98,7 +98,7 @@ class Godunov(Integrator):
             raise StepRejected(self._reason(booked[WALL.name], dt))
         state.conserved[:] = after
         state.time += dt
-        return dict(booked)
+        return booked
 
     def _reason(self, wall: float, dt: float) -> str:
         """Why a step is rejected: where heat is too fast, or which cell would be inadmissible."""
@@ -112,7 +112,7 @@ class Godunov(Integrator):
         for _, field in rates:
             state += 0.5 * dt * field
 
-    def _push(self, state: np.ndarray, time: float, dt: float, booked: Counter) -> None:
+    def _push(self, state: np.ndarray, time: float, dt: float, booked: Amounts) -> None:
         """The forces at `time` for `dt`: exact in momentum and energy if they are constant."""
         forces = self.terms.forces(time, State(self.gas, self.mesh, state, time))
         if not forces:
@@ -125,14 +125,14 @@ class Godunov(Integrator):
             booked[name] += self.mesh.integral(work)
         state[MX:E] += change
 
-    def _heat_and_drag(self, state: np.ndarray, dt: float, booked: Counter) -> None:
+    def _heat_and_drag(self, state: np.ndarray, dt: float, booked: Amounts) -> None:
         """Heat and drag for `dt`."""
         if self._heat is not None:
             given, lost = self._heat.advance(state, dt)
-            booked.update({WALL.name: given, COLLISIONS.name: lost})
+            booked.add({WALL.name: given, COLLISIONS.name: lost})
         if self.terms.drag_rate > 0.0:
             lost = apply_drag(self._geometry, state, math.exp(-dt * self.terms.drag_rate))
-            booked.update(self.terms.drag_losses(lost))
+            booked.add(self.terms.drag_losses(lost))
 
     def _shear(self, state: np.ndarray, dt: float) -> None:
         """Stresses for `dt`."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
 import numpy as np
 
-from hydro.accounts import COLLISIONS, WALL
+from hydro.accounts import COLLISIONS, WALL, Amounts
 from hydro.dynamics import multigrid
 from hydro.dynamics.integrator import INTEGRATORS, Integrator, flow_accounts, flow_limits
 from hydro.dynamics.lagrange.balance import balance, find_closures
@@ -126,7 +125,7 @@ class LagrangeRemap(Integrator):
         powers[COLLISIONS.name], dragged = complete(
             self._geometry, self.boundary.sides, P, T, h, drag, powers[WALL.name], work, self._next, self._pushed
         )
-        powers.update(self.terms.drag_losses(dragged))
+        powers.add(self.terms.drag_losses(dragged))
         error = unforeseen_change(self.gas, self._geometry, self._next, work.ahead)
         self._judge(error, dt, State(self.gas, self.mesh, self._next))
         self._span[0] = span
@@ -149,9 +148,9 @@ class LagrangeRemap(Integrator):
                 return choice
         raise StepRejected(worst_cell(state))
 
-    def _add_terms(self, time: float, h: float) -> Counter:
+    def _add_terms(self, time: float, h: float) -> Amounts:
         """Sources and forces over `h`, into what the balances start from; returns their powers by account."""
-        work, powers = self._work, Counter(dict.fromkeys((account.name for account in self.accounts), 0.0))
+        work, powers = self._work, Amounts.of(self.accounts)
         given = [*self.terms.rates(time, self.mesh), *self._force_rates(time)]
         for name, rates in given:
             on_faces = self._pushed
@@ -228,7 +227,7 @@ class LagrangeRemap(Integrator):
             raise StepRejected(f"the change not foreseen is {error:.2g}, the tolerance {self.tolerance:.2g}")
         self._steps[:] = dt, dt * min(max(factor, SHORTER), LONGER)
 
-    def _book(self, powers: Counter, ratio: float, h: float) -> dict[str, float]:
+    def _book(self, powers: Amounts, ratio: float, h: float) -> dict[str, float]:
         """Energies exchanged: the backward difference passes a share of the last step's on."""
         share = ratio**2 / (1.0 + 2.0 * ratio)
         self._exchange *= share

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from hydro.errors import StepRejected
@@ -18,6 +20,11 @@ class Viscosity(Term):
 
     def __init__(self, factor: float = 1.0):
         self.factor = factor
+
+    @classmethod
+    def of(cls, deck: Any) -> Viscosity:
+        """That of the deck."""
+        return cls(deck.gas.viscosity)
 
     def stress(self, gas: Closure, boundary: Boundary, mesh: Mesh) -> ViscousStress | None:
         return ViscousStress(gas, self.factor, boundary, mesh) if self.factor > 0.0 and gas.conducts() else None

@@ -41,8 +41,10 @@ class Viscous(NamedTuple):
     def of(cls, mesh: Mesh) -> Viscous:
         nx, ny = mesh.cells
         cells, corners = (nx, ny), (nx + 1, ny + 1)
-        shapes = (cells, cells, corners, (2, *cells), (2, *cells), corners, corners)
-        return cls(*(np.zeros(shape) for shape in shapes), Faces.of(mesh), np.zeros(cells))
+        return cls(
+            np.zeros(cells), np.zeros(cells), np.zeros(corners), np.zeros((2, *cells)), np.zeros((2, *cells)),
+            np.zeros(corners), np.zeros(corners), Faces.of(mesh), np.zeros(cells),
+        )  # fmt: skip
 
 
 @kernel(exact=True)
