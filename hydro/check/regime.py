@@ -75,8 +75,13 @@ class Grains:
 
     @property
     def strength(self) -> float | None:
-        """That of a vibrating wall, zero for an elastic one; None for a thermal wall."""
+        """That of a vibrating wall; None for walls of other kinds."""
         return getattr(self.wall, "strength", None)
+
+    @property
+    def driving(self) -> bool:
+        """Whether the wall gives heat."""
+        return hasattr(self.wall, "face") and self.strength != 0.0
 
     @property
     def vibration(self) -> Scaled | Vibration | None:
@@ -261,7 +266,7 @@ def stripe_of(deck: Any, place: Place) -> Stripe:
     gas = gas_of(deck)
     if place.L != deck.gas.L:  # on a branch in L
         gas = gas.with_parameter("L", place.L)
-    driven = gas.conducts() and grains.strength != 0.0
+    driven = gas.conducts() and grains.driving
     return Stripe(place, grains, extended_or_none(gas, place.f) if driven else None)
 
 

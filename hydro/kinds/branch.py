@@ -18,7 +18,8 @@ from hydro.check.regime import Place, regime
 from hydro.deck import BranchDeck, dumps
 from hydro.driver.progress import Tally
 from hydro.driver.trackers import StopOnSignal
-from hydro.errors import HydroError, RunFailed
+from hydro.errors import Complaint, DeckError, HydroError, RunFailed
+from hydro.mesh import Mesh
 from hydro.observables.clustering import snapshot, wall_profile
 from hydro.output.checkpoint import Checkpoint, write_checkpoint
 from hydro.output.folder import RunFolder
@@ -38,7 +39,9 @@ def solve(deck: BranchDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
     """Follow the deck's branches and write its folder; returns the summary.
 
     A HydroError on the way (a branch that is lost, a signal) comes through after what was found has been saved.
+    DeckError for a parameter that the closure does not have.
     """
+    refuse_parameter(deck)
     started = time.perf_counter()
     folder.prepare(dumps(deck))
     survey = Survey(deck, folder, Tally(folder.path.name, quiet))
@@ -49,6 +52,19 @@ def solve(deck: BranchDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
         survey.finish(time.perf_counter() - started, completed=False)
         raise type(error)(f"{error}\n{len(survey.points)} points are saved in {folder.path}") from error
     return survey.finish(time.perf_counter() - started, completed=True)
+
+
+def refuse_parameter(deck: BranchDeck) -> None:
+    """DeckError if the branch cannot be followed in the deck's parameter."""
+    known = problem_of(deck, mesh_of(deck)).parameters()
+    if deck.branch.parameter not in known:
+        problem = f"{deck.branch.parameter!r} is no parameter of the closure {deck.gas.closure!r}; known: "
+        raise DeckError([Complaint("branch.parameter", problem + ", ".join(known))])
+
+
+def problem_of(deck: BranchDeck, mesh: Mesh) -> Balance:
+    """The deck's gas before its wall, on a mesh; what the branch is followed in may be NaN."""
+    return Balance.of(gas_of(deck), wall_of(deck), mesh, deck.gas.f or math.nan)
 
 
 @dataclass
@@ -65,10 +81,8 @@ class Survey:
 
     def __post_init__(self) -> None:
         deck, branch = self.deck, self.deck.branch
-        wall, mesh, gas = wall_of(deck), mesh_of(deck), gas_of(deck)
-        fraction = deck.gas.f or math.nan
-        self.whole = Balance.of(gas, wall, mesh, fraction)
-        self.family = Family(Balance.of(gas, wall, unit_cell(mesh, branch.wave), fraction), branch.parameter)
+        self.whole = problem_of(deck, mesh_of(deck))
+        self.family = Family(self.whole.on(unit_cell(self.whole.mesh, branch.wave)), branch.parameter)
         self.extended = ExtendedBranch(self.family)
         self.per_box = branch.wave if branch.parameter == "aspect_ratio" else 1
         low, high = sorted((branch.start, branch.stop))

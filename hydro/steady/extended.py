@@ -23,7 +23,6 @@ from scipy.optimize import brentq
 
 from hydro.errors import RunFailed
 from hydro.gas.closure import described
-from hydro.gas.packing import log_void
 from hydro.state import bounds
 from hydro.steady.elements import evaluate, reference_element
 from hydro.steady.uniform_pressure import UniformPressure
@@ -194,7 +193,7 @@ class Search:
 
     def root(self, guess: float | None) -> float:
         """w0. The mass falls as w0 rises: the densest place is x=0, so n(0) >= f bounds it from above."""
-        high = float(log_void(self.disks.gas, self.f))
+        high = math.log(1.0 / self.f - 1.0 / self.disks.gas.packing_density())
         low = above = min(high, high - 1.0 if guess is None else guess)
         step = 1e-3 * max(1.0, abs(low))
         while self.excess(above) > 0.0:

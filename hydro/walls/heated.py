@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hydro.gas.conduction import conducted_slope, face_conductance
+from hydro.gas.conduction import conducted_slope, face_conductivity
 from hydro.walls.elastic import SmoothWall
 
 
@@ -16,7 +16,7 @@ class HeatedFace(SmoothWall):
         n_wall = gas.density(gas.pressure(n, T), wall)
         n_wall_p, n_wall_T = gas.density_slopes(n_wall, wall)
         wall_k_n, wall_k_T = gas.conductivity_slopes(n_wall, wall)
-        conductance = face_conductance(1.0, gas.conductivity(n, T), gas.conductivity(n_wall, wall)) / half_width
+        conductance = face_conductivity(gas.conductivity(n, T), gas.conductivity(n_wall, wall)) / half_width
         lever = conducted_slope(1.0, T, wall) / half_width
         in_n = lever * (k_n + wall_k_n * n_wall_p * p_n)
         in_T = lever * (k_T + wall_k_n * n_wall_p * p_T) - conductance

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from hydro.gas.conduction import conducted_heat
+from hydro.gas.conduction import face_conductivity
 from hydro.methods import compiled_methods
 from hydro.walls.heated import HeatedFace
 
@@ -24,8 +24,8 @@ class ThermalWall(ThermalWallConstants, HeatedFace):
     def face(self, gas, n, T, half_width, guess):
         """(heat flux into the gas, wall temperature), as for the vibrating wall; `guess` is not needed."""
         n_wall = gas.density(gas.pressure(n, T), self.temperature)
-        kappa, wall_kappa = gas.conductivity(n, T), gas.conductivity(n_wall, self.temperature)
-        return conducted_heat(1.0, kappa, wall_kappa, T, self.temperature) / half_width, self.temperature
+        kappa = face_conductivity(gas.conductivity(n, T), gas.conductivity(n_wall, self.temperature))
+        return kappa * (self.temperature - T) / half_width, self.temperature
 
     def face_slopes(self, gas, n, T, half_width, wall):
         """(d flux/dn, d flux/dT) of the last cell."""

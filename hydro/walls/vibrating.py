@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydro.gas.conduction import face_conductance
+from hydro.gas.conduction import face_conductivity
 from hydro.methods import compiled_methods
 from hydro.walls.heated import HeatedFace
 
@@ -53,7 +53,7 @@ class VibratingWall(VibratingWallConstants, HeatedFace):
         n_wall = gas.density(p, wall)
         _, n_slope = gas.density_slopes(n_wall, wall)
         k_n, k_T = gas.conductivity_slopes(n_wall, wall)
-        conductance = face_conductance(1.0, kappa, gas.conductivity(n_wall, wall)) / half_width
+        conductance = face_conductivity(kappa, gas.conductivity(n_wall, wall)) / half_width
         root = np.sqrt(wall)
         given_slope = self.strength * (n_slope * root + 0.5 * n_wall / root)
         conducted_slope = conductance + 0.5 * (k_T + k_n * n_slope) * (wall - T) / half_width
