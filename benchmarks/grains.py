@@ -15,7 +15,7 @@ import numpy as np
 from measure import processor
 
 from hydro.gas import Grossman
-from hydro.grains import events
+from hydro.grains import books
 from hydro.grains.cells import NARROWEST, arena
 from hydro.grains.dynamics import EPOCH, Dynamics
 from hydro.grains.placement import CLOSE_PACKING, placed
@@ -88,9 +88,9 @@ def speeds(grains: Dynamics, rounds: int) -> np.ndarray:
 
 def timed(grains: Dynamics, span: float) -> tuple[int, float]:
     """Collisions in a time, and the seconds that they took."""
-    before, started = grains.count(events.COLLISIONS), time.process_time()
+    before, started = grains.count(books.COLLISIONS), time.process_time()
     grains.advance(grains.time + span)
-    return grains.count(events.COLLISIONS) - before, time.process_time() - started
+    return grains.count(books.COLLISIONS) - before, time.process_time() - started
 
 
 def bytes_per_grain(grains: Dynamics) -> float:
@@ -103,7 +103,7 @@ def bytes_per_grain(grains: Dynamics) -> float:
 def closest(number: int, collisions: int) -> float:
     """The smallest gap in the localized state, in diameters, over so many collisions."""
     grains, smallest = localized(number), math.inf
-    while grains.count(events.COLLISIONS) < collisions:
+    while grains.count(books.COLLISIONS) < collisions:
         smallest = min(smallest, grains.closest_until(grains.time + EPOCH / 8, number))
     return smallest
 
@@ -115,10 +115,10 @@ def main(rounds: int) -> None:
         for number in NUMBERS:
             grains = make(number)
             rates = speeds(grains, rounds) / 1e6
-            counts = grains.grains.counts / grains.count(events.COLLISIONS)
+            counts = grains.grains.counts / grains.count(books.COLLISIONS)
             rows.append([
-                name, number, f"{rates.max():.2f}", f"{rates.mean():.2f}", f"{counts[events.CROSSINGS]:.2f}",
-                f"{counts[events.STALE]:.2f}", f"{bytes_per_grain(grains):.0f}",
+                name, number, f"{rates.max():.2f}", f"{rates.mean():.2f}", f"{counts[books.CROSSINGS]:.2f}",
+                f"{counts[books.STALE]:.2f}", f"{bytes_per_grain(grains):.0f}",
             ])  # fmt: skip
     header = ["state", "grains", "million collisions/s, best", "mean", "changes of cell", "stale events"]
     print(processor(), table([*header, "bytes per grain"], rows), sep="\n\n")

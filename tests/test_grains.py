@@ -10,7 +10,7 @@ import pytest
 
 from hydro.errors import RunFailed
 from hydro.gas import Grossman
-from hydro.grains import cells, events, theory
+from hydro.grains import books, cells, prediction, theory
 from hydro.grains.cells import arena
 from hydro.grains.clusters import LINK, clusters
 from hydro.grains.dynamics import EPOCH, Dynamics
@@ -28,6 +28,7 @@ from hydro.grains.queue import (
     tomorrow,
 )
 from hydro.grains.random import seeded
+from hydro.grains.state import MOTION, PROSPECT
 from hydro.grains.walls import ElasticWall, RandomPhaseWall, SawtoothWall, SinusoidalWall, ThermalWall
 from hydro.jit import kernel
 from hydro.mesh import Mesh
@@ -63,7 +64,7 @@ def test_elastic_grains_keep_their_energy_and_do_not_overlap():
     for stop in range(1, 21):
         gas.advance(0.25 * stop)
         assert gas.smallest_gap > -1e-12
-    assert gas.count(events.COLLISIONS) > 50_000
+    assert gas.count(books.COLLISIONS) > 50_000
     assert abs(gas.energy / start - 1.0) < 1e-12
     assert np.all((gas.positions > -1e-12) & (gas.positions < 1.0 + 1e-12))
 
@@ -71,7 +72,7 @@ def test_elastic_grains_keep_their_energy_and_do_not_overlap():
 def test_grains_do_not_overlap_in_ten_million_collisions():
     """Seen right after every 10,000th event: grains that have just collided touch."""
     gas, smallest = gas_of_grains(1000, 0.5, WALLS["thermal"], 0.95), math.inf
-    while gas.count(events.COLLISIONS) < 10_000_000:
+    while gas.count(books.COLLISIONS) < 10_000_000:
         smallest = min(smallest, gas.closest_until(gas.time + EPOCH, 10_000))
     assert -1e-12 < smallest < 1e-6
 
@@ -80,7 +81,7 @@ def test_momentum_is_kept_in_a_periodic_box():
     gas = gas_of_grains(400, 0.3, restitution=0.95, periodic=PERIODIC, length_y=2.0)
     start = gas.velocities.sum(axis=0)
     gas.advance(2.0)
-    assert gas.count(events.COLLISIONS) > 5_000 and gas.smallest_gap > -1e-12
+    assert gas.count(books.COLLISIONS) > 5_000 and gas.smallest_gap > -1e-12
     assert np.abs(gas.velocities.sum(axis=0) - start).max() < 1e-11
 
 
@@ -122,7 +123,7 @@ def test_the_calendar_gives_events_in_their_order(number, pace):
     after[random.random(size) < 0.02] *= -0.1  # round-off puts events just before now, be it on another day
     others, until = random.integers(number, size=size), 0.5
     waits[(others == 0) & (others < number - 1) & (random.random(size) < 0.1)] = math.inf
-    entries = np.zeros(number, events.PROSPECT)
+    entries = np.zeros(number, PROSPECT)
     entries["event"] = foreseen = random.exponential(size=number) * 1e-3
     queue = calendar(entries, pace)
     times = np.zeros(size)
@@ -141,7 +142,7 @@ def test_the_calendar_gives_events_in_their_order(number, pace):
 
 def test_an_event_that_waits_for_its_page_is_not_missed_when_no_other_comes():
     """Grain 0 has events on days 0 and 100, grain 2 on day 150; those of all others never come."""
-    entries = np.zeros(300, events.PROSPECT)
+    entries = np.zeros(300, PROSPECT)
     entries["event"] = math.inf
     entries["event"][[0, 2]] = 0.5, 150.5
     times, never = np.zeros(3), np.full(3, math.inf)
@@ -166,7 +167,7 @@ def test_grains_at_rest_let_time_pass():
     """No event ever: the calendar must not wait for one."""
     gas = Dynamics(arena(0.1, 1.0, 1.0), ElasticWall(), np.array([[0.2, 0.5], [0.7, 0.5]]), np.zeros((2, 2)))
     gas.advance(5.0)
-    assert gas.time == 5.0 and gas.count(events.COLLISIONS) == 0
+    assert gas.time == 5.0 and gas.count(books.COLLISIONS) == 0
 
 
 @pytest.mark.parametrize("periodic", [PERIODIC, (True, False)])
@@ -177,7 +178,7 @@ def test_cells_of_a_periodic_box_do_not_change_the_sequence_of_events(periodic):
     assert [run.arena.columns for run in runs[:2]] == [3, 8]
     for run in runs:
         run.advance(2.0)
-    assert runs[0].count(events.COLLISIONS) > 500
+    assert runs[0].count(books.COLLISIONS) > 500
     widest, *others = (run.memory() for run in runs)
     assert all(same(widest, other, "motion", "sums") for other in others)
 
@@ -197,7 +198,7 @@ def test_cells_do_not_change_the_sequence_of_events(name):
     assert [run.arena.columns for run in runs[:3]] == [1, 8, 3]
     for run in runs:
         run.advance(2.0)
-    assert runs[0].count(events.COLLISIONS) > 1_000
+    assert runs[0].count(books.COLLISIONS) > 1_000
     all_pairs, *others = (run.memory() for run in runs)
     assert all(same(all_pairs, other, "motion", "random", "sums") for other in others)
 
@@ -240,7 +241,7 @@ def test_looking_and_restarting_change_nothing(name, periodic):
     resumed.advance(1.3)
     first, second = straight.memory(), resumed.memory()
     assert same(first, second, "motion", "epoch", "clock", "random", "sums", "time")
-    assert straight.count(events.COLLISIONS) == resumed.count(events.COLLISIONS)
+    assert straight.count(books.COLLISIONS) == resumed.count(books.COLLISIONS)
 
 
 def test_memory_of_a_run_is_at_most_300_bytes_a_grain():
@@ -264,10 +265,10 @@ def test_a_grazing_contact_is_foreseen_from_afar():
     aside = diameter * (1.0 - 2e-13)
     for angle in np.random.default_rng(6).uniform(0.0, 2.0 * math.pi, 200):
         along, across = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
-        motion = np.zeros(2, events.MOTION)
+        motion = np.zeros(2, MOTION)
         motion["x"], motion["y"] = np.stack([np.zeros(2), distance * along + aside * across]).T
         motion["vx"][1], motion["vy"][1] = -along
-        assert events.meeting(motion, 0, 1, 0.0, 0.0, diameter) == pytest.approx(distance, abs=1e-8)
+        assert prediction.collision_time(motion, 0, 1, 0.0, 0.0, diameter) == pytest.approx(distance, abs=1e-8)
 
 
 @pytest.mark.parametrize("name", WALLS)
@@ -275,7 +276,7 @@ def test_the_books_balance(name):
     gas = gas_of_grains(200, 0.2, WALLS[name], 0.9)
     start = gas.energy
     gas.advance(3.0)
-    gained, lost = gas.sum(events.WALL_ENERGY), gas.sum(events.LOSS)
+    gained, lost = gas.sum(books.WALL_ENERGY), gas.sum(books.LOSS)
     assert lost > 0.0 and (gained != 0.0) == (name != "elastic")
     assert gas.energy - start == pytest.approx(gained - lost, abs=1e-12 * (start + abs(gained) + lost))
     assert np.all(gas.positions[:, 0] < 1.01 + 1e-12) and gas.smallest_gap > -1e-12
@@ -310,10 +311,10 @@ def test_velocities_become_maxwellian():
 
 def rates(gas, span):
     """(collisions of a grain in unit time, p/(n T)) over a time."""
-    start, collisions, virial = gas.time, gas.count(events.COLLISIONS), gas.sum(events.VIRIAL)
+    start, collisions, virial = gas.time, gas.count(books.COLLISIONS), gas.sum(books.VIRIAL)
     gas.advance(start + span)
-    rate = 2.0 * (gas.count(events.COLLISIONS) - collisions) / (gas.number * span)
-    return rate, 1.0 + (gas.sum(events.VIRIAL) - virial) / (2.0 * span * gas.energy)
+    rate = 2.0 * (gas.count(books.COLLISIONS) - collisions) / (gas.number * span)
+    return rate, 1.0 + (gas.sum(books.VIRIAL) - virial) / (2.0 * span * gas.energy)
 
 
 def test_dilute_grains_collide_at_the_rate_of_enskog():
@@ -338,7 +339,7 @@ def test_pressure_on_walls_is_that_of_the_virial():
     gas.advance(1.0)
     before, span = gas.grains.sums.copy(), 10.0
     _, virial = rates(gas, span)
-    pushes = (gas.grains.sums - before)[[events.PUSH_LEFT, events.PUSH_RIGHT]] / span / gas.energy
+    pushes = (gas.grains.sums - before)[[books.PUSH_LEFT, books.PUSH_RIGHT]] / span / gas.energy
     assert pushes == pytest.approx(virial, rel=0.05)
 
 
@@ -358,7 +359,7 @@ def test_contact_time_ends_an_inelastic_collapse():
         Dynamics(arena(0.1, 0.1, 1.0), ElasticWall(), positions, velocities).advance(5.0)
     gas = Dynamics(arena(0.1, 0.1, 1.0, contact_time=1e-6), ElasticWall(), positions, velocities)
     gas.advance(5.0)
-    assert gas.count(events.SOFT) > 0
+    assert gas.count(books.SOFT) > 0
 
 
 def test_a_lone_grain_goes_from_wall_to_wall():

@@ -18,7 +18,7 @@ from hydro.deck import changed, dumps, load, parse
 from hydro.deck.grains import COLOURS
 from hydro.deck.quantities import LENGTH
 from hydro.errors import DeckError
-from hydro.grains import events
+from hydro.grains import books
 from hydro.grains.cells import arena
 from hydro.grains.dynamics import Dynamics
 from hydro.grains.integrator import dynamics_again, dynamics_of, first_dynamics
@@ -111,7 +111,7 @@ def test_an_interrupted_run_of_grains_ends_in_the_same_bits(run_deck, drive):
     assert np.array_equal(first.conserved, second.conserved)
     assert first.memory.keys() == second.memory.keys() and first.memory["look_times"].size == 40
     counts = [moment.memory.pop("counts") for moment in (first, second)]
-    search = [events.STALE, events.CROSSINGS]  # all is foreseen anew, in new cells
+    search = [books.STALE, books.CROSSINGS]  # all is foreseen anew, in new cells
     assert np.array_equal(*np.delete(counts, search, axis=1))
     assert all(np.array_equal(first.memory[name], second.memory[name]) for name in first.memory)
     assert history_of(whole) == history_of(broken)

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from hydro.grains.events import Arena
+from hydro.grains.state import Arena
 
 NARROWEST = 1.01  # diameters
 BLOCK = 32.0  # diameters: width of the blocks in which cells are equal

@@ -8,10 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydro.errors import RunFailed
-from hydro.grains import cells, events
-from hydro.grains.events import CLOCK, COUNTS, LAG, MOTION, PROSPECT, SUMS, Arena, Grains
+from hydro.grains import cell_list, cells, events, prediction
+from hydro.grains.books import COUNTS, SUMS
+from hydro.grains.prefetch import LAG
 from hydro.grains.queue import FINEST, aligned, calendar, ring
 from hydro.grains.random import seeded
+from hydro.grains.state import CLOCK, MOTION, NOW, PROSPECT, Arena, Grains
 
 EPOCH = 0.25  # times are counted from the last multiple of this: small numbers have fine digits
 BUDGET = 1_000_000  # events between looks at the clock
@@ -56,7 +58,7 @@ class Dynamics:
         pace: of the calendar of events, which corrects it; too fast does no harm.
         """
         x_y, velocities, times = memory["motion"][:, :2], memory["motion"][:, 2:4], memory["motion"][:, 4:]
-        places = x_y + velocities * np.maximum(memory["clock"][events.NOW] - times, 0.0)
+        places = x_y + velocities * np.maximum(memory["clock"][NOW] - times, 0.0)
         if self._cell is None:
             self.arena = cells.crowded(self.arena, places, getattr(self.wall, "amplitude", 0.0))
         else:
@@ -67,13 +69,13 @@ class Dynamics:
         for name, column in zip(COLUMNS, memory["motion"].T, strict=True):
             motion[name] = column[self._order]
         self.grains = Grains(
-            motion, prospects, events.no_cells(self.arena),
+            motion, prospects, cell_list.no_cells(self.arena),
             np.zeros((number + 2, 3), np.int32), calendar(prospects, pace), ring(LAG), ring(LAG),
             *(memory[name].copy() for name in ("clock", "random", "sums", "counts")),
         )  # fmt: skip
         self._epoch = int(memory["epoch"][0])
-        events.fill_cells(self.grains, self.arena, inside[self._order])
-        events.foresee_all(self.grains, self.arena, self.wall)
+        cell_list.fill_cells(self.grains, self.arena, inside[self._order])
+        prediction.predict_all(self.grains, self.arena, self.wall)
 
     def _own(self, *names: str) -> np.ndarray:
         """Columns of what is known of each grain, in the order in which they were given."""
@@ -121,7 +123,7 @@ class Dynamics:
         """Run all events up to a time; RunFailed when grains collide without end."""
         while until - self._epoch * EPOCH >= EPOCH:
             self._run(EPOCH)
-            events.count_time_from(self.grains, EPOCH, self.wall.period)
+            events.shift_times(self.grains, EPOCH, self.wall.period)
             self._epoch += 1
             memory, pace = self.memory(), self.grains.queue.pace[0]
             del self.grains  # before as much is taken again
@@ -131,10 +133,10 @@ class Dynamics:
 
     def _run(self, until: float) -> None:
         while True:
-            before = self.grains.clock[events.NOW]
+            before = self.grains.clock[NOW]
             if events.run(self.grains, self.arena, self.wall, until, BUDGET) < BUDGET:
                 return
-            if self.grains.clock[events.NOW] - before < PROGRESS:
+            if self.grains.clock[NOW] - before < PROGRESS:
                 now = self._epoch * EPOCH + before
                 problem = f"grains collide without end at t = {now:.6g}: inelastic collapse; set a contact time"
                 raise RunFailed(problem, remedy="grains.contact_time=1e-6")
@@ -183,14 +185,14 @@ class Dynamics:
         while self.time < time:
             end = min(time - self._epoch * EPOCH, EPOCH)
             while events.run(self.grains, self.arena, self.wall, end, every) == every:
-                smallest = min(smallest, events.smallest_gap(self.grains, self.arena, self.grains.clock[events.NOW]))
+                smallest = min(smallest, events.smallest_gap(self.grains, self.arena, self.grains.clock[NOW]))
             self.advance(self._epoch * EPOCH + end)
         return smallest
 
     def count(self, which: int) -> int:
-        """How often something happened so far: `events.COLLISIONS` and the names beside it."""
+        """How often something happened so far: `books.COLLISIONS` and the names beside it."""
         return int(self.grains.counts[which])
 
     def sum(self, which: int) -> float:
-        """What has been summed so far: `events.LOSS` and the names beside it."""
+        """What has been summed so far: `books.LOSS` and the names beside it."""
         return float(self.grains.sums[which])

@@ -14,7 +14,7 @@ from hydro.deck import GrainsDeck
 from hydro.deck.initial import CheckpointInitial
 from hydro.dynamics.integrator import Integrator
 from hydro.errors import Complaint, DeckError, RunFailed
-from hydro.grains import events, walls
+from hydro.grains import books, walls
 from hydro.grains.cells import arena
 from hydro.grains.dynamics import Dynamics, kept_places
 from hydro.grains.fields import density_scale, fields
@@ -198,18 +198,18 @@ class GrainsIntegrator(Integrator):
             raise
         state.time += dt
         state.conserved[:] = fields(self.grains, state.mesh)
-        self.samples.append(Sample(state.time, state.conserved.copy(), self.grains.sum(events.VIRIAL)))
+        self.samples.append(Sample(state.time, state.conserved.copy(), self.grains.sum(books.VIRIAL)))
         wall, lost = (self._exchanged() - before).tolist()
         return {"wall": wall, "collisions": lost}
 
     def _exchanged(self) -> np.ndarray:
         """Energy that the driving wall has given so far, and that collisions have taken."""
-        sums = np.array([self.grains.sum(which) for which in (events.WALL_ENERGY, events.LOSS)])
+        sums = np.array([self.grains.sum(which) for which in (books.WALL_ENERGY, books.LOSS)])
         return sums / density_scale(self.grains.arena.diameter)
 
     def work(self, steps: int) -> tuple[int, str]:
         """Collisions: a step is a look, of which there are few."""
-        return self.grains.count(events.COLLISIONS), "collisions"
+        return self.grains.count(books.COLLISIONS), "collisions"
 
     def memory(self) -> dict[str, np.ndarray]:
         """The grains, and the looks at them."""

@@ -18,7 +18,7 @@ from hydro.check.regime import Place, regime, stripe_of
 from hydro.deck import GrainsDeck
 from hydro.driver.history import History
 from hydro.driver.march import Run
-from hydro.grains import events, theory
+from hydro.grains import books, theory
 from hydro.grains.dynamics import Dynamics
 from hydro.grains.fields import density_scale, fields, temperature
 from hydro.grains.integrator import (
@@ -175,7 +175,7 @@ class GrainsKeeper(Keeper):
 
     def _summary(self, run: Run, seconds: float, completed: bool) -> dict[str, Any]:
         grains = grains_of(run)
-        collisions = grains.count(events.COLLISIONS)
+        collisions = grains.count(books.COLLISIONS)
         return {
             "kind": self.deck.kind,
             "completed": completed,
@@ -188,8 +188,8 @@ class GrainsKeeper(Keeper):
             "steps": run.steps,
             "collisions": collisions,
             "collisions_per_second": collisions / seconds,
-            "wall_hits": grains.count(events.WALL_HITS),
-            "soft_collisions": grains.count(events.SOFT),
+            "wall_hits": grains.count(books.WALL_HITS),
+            "soft_collisions": grains.count(books.SOFT),
             "wall_seconds": seconds,
             "peak_memory_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
             "mass_drift": run.state.mass / run.ledger.initial_mass - 1.0,

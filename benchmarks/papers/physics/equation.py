@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hydro.gas import Grossman
-from hydro.grains import events, theory
+from hydro.grains import books, theory
 from hydro.markdown import table
 from hydro.pictures.style import publish
 from physics.bench import ALPHA, Estimate, box_of_grains, estimate, kept
@@ -28,10 +28,10 @@ def elastic(n: float, number: int, warm: float, collisions: float, seed: int) ->
     span, found = collisions / rate / BLOCKS, []
     temperature = grains.energy / (number - 1)  # momentum is zero
     for _ in range(BLOCKS):
-        count, virial = grains.count(events.COLLISIONS), grains.sum(events.VIRIAL)
+        count, virial = grains.count(books.COLLISIONS), grains.sum(books.VIRIAL)
         grains.advance(grains.time + span)
-        compressibility = 1.0 + 0.5 * (grains.sum(events.VIRIAL) - virial) / (span * grains.energy)
-        hits = 2.0 * (grains.count(events.COLLISIONS) - count) / (number * span)
+        compressibility = 1.0 + 0.5 * (grains.sum(books.VIRIAL) - virial) / (span * grains.energy)
+        hits = 2.0 * (grains.count(books.COLLISIONS) - count) / (number * span)
         found.append((compressibility, hits / temperature**0.5))
     Z, rates = zip(*found, strict=True)
     return {"Z": Z, "rate": rates, "diameter": grains.arena.diameter}

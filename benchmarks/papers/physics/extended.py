@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from hydro.deck import load
 from hydro.gas import Grossman
-from hydro.grains import events, theory
+from hydro.grains import books, theory
 from hydro.grains.integrator import dynamics_of
 from hydro.grains.placement import CLOSE_PACKING
 from hydro.initial import initial_state
@@ -38,8 +38,8 @@ def profiles(overrides: list[str], warm: float, seed: int) -> dict[str, Any]:
     edges, counts, energies = np.linspace(0.0, 1.0, BINS + 1), np.zeros(BINS), np.zeros(BINS)
     looks, gained, lost = (
         round((deck.time.end - warm) / INTERVAL),
-        grains.sum(events.WALL_ENERGY),
-        grains.sum(events.LOSS),
+        grains.sum(books.WALL_ENERGY),
+        grains.sum(books.LOSS),
     )
     for _ in range(looks):
         grains.advance(grains.time + INTERVAL)
@@ -49,8 +49,8 @@ def profiles(overrides: list[str], warm: float, seed: int) -> dict[str, Any]:
     area = deck.box.aspect_ratio / BINS * 2.0 / math.sqrt(3.0) / deck.gas.diameter**2
     return {
         "n": (counts / looks / area).tolist(), "T": (energies / counts).tolist(), "grains": grains.number,
-        "collisions": grains.count(events.COLLISIONS), "gained": grains.sum(events.WALL_ENERGY) - gained,
-        "lost": grains.sum(events.LOSS) - lost,
+        "collisions": grains.count(books.COLLISIONS), "gained": grains.sum(books.WALL_ENERGY) - gained,
+        "lost": grains.sum(books.LOSS) - lost,
     }  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from hydro.driver.march import Run, march
 from hydro.driver.trackers import AtTimes
 from hydro.errors import RunFailed
 from hydro.gas import Grossman
-from hydro.grains import events
+from hydro.grains import books
 from hydro.grains.fields import fields
 from hydro.grains.integrator import dynamics_of
 from hydro.grains.placement import number_of_grains
@@ -67,7 +67,7 @@ def clustering(overrides: list[str], seed: int, frames: bool) -> dict[str, Any]:
             looks.clear()
             for key, value in (("window", grains.time - 0.5 * WINDOW), ("wall_min", low), ("wall_max", high)):
                 series[key].append(value)
-    counts = {"grains": grains.number, "collisions": grains.count(events.COLLISIONS), "diameter": grains.arena.diameter}
+    counts = {"grains": grains.number, "collisions": grains.count(books.COLLISIONS), "diameter": grains.arena.diameter}
     return series | counts | {"pictures": pictures}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hydro.grains import events, walls
+from hydro.grains import books, walls
 from physics.bench import box_of_grains, redraw
 
 DEPTH = 0.2  # of the reservoir
@@ -45,13 +45,13 @@ def slab(
     heat, counts, energies = [], [], []
     edges = np.linspace(0.0, 1.0, BINS + 1)
     for _ in range(BLOCKS):
-        before, count, energy = grains.sum(events.WALL_ENERGY), np.zeros(BINS), np.zeros(BINS)
+        before, count, energy = grains.sum(books.WALL_ENERGY), np.zeros(BINS), np.zeros(BINS)
         for _ in range(looks):
             step(grains, random)
             x, kinetic = grains.positions[:, 0], 0.5 * (grains.velocities**2).sum(axis=1)
             count += np.histogram(x, edges)[0]
             energy += np.histogram(x, edges, weights=kinetic)[0]
-        heat.append((grains.sum(events.WALL_ENERGY) - before) / (looks * INTERVAL * length_y))
+        heat.append((grains.sum(books.WALL_ENERGY) - before) / (looks * INTERVAL * length_y))
         counts.append((count / looks).tolist())
         energies.append((energy / looks).tolist())
     return {"heat": heat, "counts": counts, "energies": energies, "diameter": grains.arena.diameter}
