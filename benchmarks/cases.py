@@ -11,8 +11,9 @@ from typing import Any
 import numba
 import numpy as np
 
+from hydro.driver.march import Run, advance, march
 from hydro.dynamics import Godunov
-from hydro.dynamics.integrator import Integrator, StepRejected
+from hydro.dynamics.integrator import Integrator
 from hydro.dynamics.lagrange import LagrangeRemap
 from hydro.exact import SimpleWave, cell_averages
 from hydro.gas import Grossman, HardDisks
@@ -53,20 +54,10 @@ class Case:
         state = self.start.copy()
         self.integrator.remember(self._memory)
         start = time.perf_counter()
+        run = Run(state, self.integrator, math.inf)
         for _ in range(steps):
-            advance(self.integrator, state)
+            advance(run, math.inf)
         return time.perf_counter() - start
-
-
-def advance(integrator: Integrator, state: State) -> None:
-    """One step, as long as it may be; shorter if that is rejected."""
-    dt = float(integrator.largest_step(state))
-    while True:
-        try:
-            integrator.step(state, dt)
-            return
-        except StepRejected:
-            dt *= 0.5
 
 
 def problem(n: int, kind: str) -> tuple[State, Integrator]:
@@ -142,8 +133,7 @@ class WaveCase:
         state = State(self.gas, mesh, self.initial(n))
         integrator = Godunov(self.gas, VibratingWall(strength=0.0), mesh, **options)
         start = time.perf_counter()
-        while state.time < self.end:
-            integrator.step(state, min(integrator.largest_step(state), self.end - state.time))
+        march(state, integrator, self.end)
         return time.perf_counter() - start, self.error(state.density)
 
     def _averages(self, n: int, t: float) -> np.ndarray:
