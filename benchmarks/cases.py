@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,10 +11,10 @@ from typing import Any
 import numba
 import numpy as np
 
+from hydro.driver.march import Run, advance, march
 from hydro.dynamics import Godunov
 from hydro.dynamics.integrator import Integrator
 from hydro.dynamics.lagrange import LagrangeRemap
-from hydro.errors import StepRejected
 from hydro.exact import SimpleWave, cell_averages
 from hydro.gas import Grossman, HardDisks
 from hydro.mesh import Mesh
@@ -54,20 +55,10 @@ class Case:
         state = self.start.copy()
         self.integrator.remember(self._memory)
         start = time.perf_counter()
+        run = Run(state, self.integrator, math.inf)
         for _ in range(steps):
-            advance(self.integrator, state)
+            advance(run, math.inf)
         return time.perf_counter() - start
-
-
-def advance(integrator: Integrator, state: State) -> None:
-    """One step, as long as it may be; shorter if that is rejected."""
-    dt = float(integrator.largest_step(state))
-    while True:
-        try:
-            integrator.step(state, dt)
-            return
-        except StepRejected:
-            dt *= 0.5
 
 
 def problem(n: int, kind: str) -> tuple[State, Integrator]:
@@ -144,8 +135,7 @@ class WaveCase:
         state = State(self.gas, mesh, self.initial(n))
         integrator = Godunov(self.gas, VibratingWall(strength=0.0), mesh, **options)
         start = time.perf_counter()
-        while state.time < self.end:
-            integrator.step(state, min(integrator.largest_step(state), self.end - state.time))
+        march(state, integrator, self.end)
         return time.perf_counter() - start, self.error(state.density)
 
     def _averages(self, n: int, t: float) -> np.ndarray:

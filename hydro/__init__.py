@@ -4,12 +4,14 @@ import importlib
 from typing import Any
 
 __version__ = "0.1.0"
-__all__ = ["open_run", "open_sweep", "read_history"]
+__all__ = ["march", "open_run", "open_sweep", "read_history", "run"]
 
 HOMES = {
+    "march": "hydro.driver.march",
     "open_run": "hydro.output.dataset",
     "open_sweep": "hydro.studies.sweep",
     "read_history": "hydro.output.dataset",
+    "run": "hydro.kinds.run",
 }
 
 
@@ -18,3 +20,7 @@ def __getattr__(name: str) -> Any:
     if name not in HOMES:
         raise AttributeError(f"module 'hydro' has no attribute {name!r}")
     return getattr(importlib.import_module(HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

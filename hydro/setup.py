@@ -36,6 +36,11 @@ def terms_of(deck: Any) -> list[Term]:
     return [term.of(deck) for term in TERMS]
 
 
+def grain_diameter(deck: Any) -> float:
+    """d/L_x = K/mu of a deck with gas."""
+    return deck.gas.K / deck.gas.mu
+
+
 def viscosity_of(deck: Any) -> float:
     """Viscosity over that of the closure; zero for decks that know none."""
     return getattr(deck.gas, "viscosity", 0.0)

@@ -17,13 +17,13 @@ from hydro.compare.exponential import FEWEST, NoStretch, exponential_stretch
 from hydro.compare.overlay import Overlaid
 from hydro.deck import dumps, load, parse
 from hydro.deck.evolution import Movie
-from hydro.driver.history import read_rows
 from hydro.mesh import Mesh
 from hydro.movies.movie import Side, Source
 from hydro.movies.moving import NAME, Board, MovingPicture
-from hydro.observables.clustering import cluster_position
+from hydro.observables.clustering import CLUSTERING, cluster_position
 from hydro.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from hydro.output.folder import RunFolder
+from hydro.output.history import read_rows
 from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 from hydro.steady.growth import growth_of, sector_parts, with_mode
@@ -430,7 +430,7 @@ def test_grains_beside_hydrodynamics(run_deck, tmp_path, capsys):
     rows = json.loads((output / "overlay.json").read_text())["runs"]
     assert [(row["run"], row["time"]) for row in rows] == [("grains $x$", 2.0), ("flow", 1.0)]
     for row, folder in zip(rows, (grains, flow), strict=True):
-        last = read_rows(folder / "history.csv")[-1]
+        last = read_rows(folder / "history.csv").iloc[-1]
         assert all(row[key] == last[key] for key in ("wall_max", "wall_min", "gas_density", "centre_x"))
     assert rows[0]["wall_max_error"] > 0.0 and "wall_max_error" not in rows[1]
     shown = capsys.readouterr().out
@@ -443,7 +443,8 @@ def test_a_movie_of_runs_side_by_side(run_deck, tmp_path):
     assert main(["overlay", *runs, "--movie", "--quiet", "--output", str(tmp_path / "over")]) == 0
     assert not (tmp_path / "over" / "overlay.gif").exists()
     about = imageio.immeta(tmp_path / "over" / "overlay.mp4", plugin="FFMPEG")
-    width, height = MovingPicture(Mesh.rectangle((8, 16), 2.0), Movie(traces=False), None, None, 1).size
+    mesh = Mesh.rectangle((8, 16), 2.0)
+    width, height = MovingPicture(mesh, CLUSTERING.span, Movie(traces=False), None, None, 1).size
     assert about["size"] == (2 * width, height + NAME) and 8.0 < about["duration"] < 12.0
 
 
@@ -451,7 +452,7 @@ def test_pictures_of_runs_have_one_scale_if_the_first_deck_says_so(run_deck, tmp
     ends = []
 
     def seen(*arguments):
-        ends.append(arguments[2])
+        ends.append(arguments[3])
         return MovingPicture(*arguments)
 
     monkeypatch.setattr("hydro.movies.movie.MovingPicture", seen)

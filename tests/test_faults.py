@@ -18,7 +18,7 @@ from conftest import differences, outcome, restart
 from test_restart import check_series, deck, times_saved
 from zygote import draw_nothing
 
-import hydro.kinds.evolution
+import hydro.driver.keeper
 from hydro.cli import main
 from hydro.errors import CheckpointError
 from hydro.output import files
@@ -88,7 +88,7 @@ def test_a_disk_that_gets_full_ends_a_run_with_what_was_saved(
 ):
     """The operation fails from the third checkpoint on, until there is space again."""
     folder = tmp_path / "run"
-    write = hydro.kinds.evolution.write_checkpoint
+    write = hydro.driver.keeper.write_checkpoint
 
     def write_until(path, saved):
         if len(checkpoints(folder)) == 2:
@@ -96,7 +96,7 @@ def test_a_disk_that_gets_full_ends_a_run_with_what_was_saved(
         write(path, saved)
 
     with monkeypatch.context() as patch:
-        patch.setattr("hydro.kinds.evolution.write_checkpoint", write_until)
+        patch.setattr("hydro.driver.keeper.write_checkpoint", write_until)
         assert main([*deck(INTEGRATOR), "--output", str(folder), "--quiet"]) == 3
         message = message_of(capsys)
         assert "No space left on device" in message and str(checkpoints(folder)[1]) in message
@@ -464,7 +464,7 @@ def test_a_second_process_is_refused_and_a_killed_one_leaves_no_lock(copy, holde
 
 def test_a_run_holds_the_lock_until_it_ends(tmp_path, monkeypatch):
     folder, found = tmp_path / "run", []
-    write = hydro.kinds.evolution.write_checkpoint
+    write = hydro.driver.keeper.write_checkpoint
 
     def probe():
         with (folder / ".lock").open() as file:
@@ -476,7 +476,7 @@ def test_a_run_holds_the_lock_until_it_ends(tmp_path, monkeypatch):
             probe()
         found.append((folder / ".lock").read_text())
 
-    monkeypatch.setattr("hydro.kinds.evolution.write_checkpoint", write_and_probe)
+    monkeypatch.setattr("hydro.driver.keeper.write_checkpoint", write_and_probe)
     assert main([*deck(INTEGRATOR), "--output", str(folder), "--quiet"]) == 0
     assert found and all(line == f"process {os.getpid()} on {os.uname().nodename}\n" for line in found)
     probe()

@@ -24,22 +24,23 @@ from imageio_ffmpeg import get_ffmpeg_exe
 from PIL import Image
 
 import hydro
-from hydro.check.regime import grain_diameter
 from hydro.cli import MOVIE_EPILOG, main
 from hydro.deck import load
 from hydro.deck.evolution import COLOURS, LIMITS, SCALES, Movie
+from hydro.driver.frames import Frames
 from hydro.errors import CheckpointError, DeckError, RunFailed
 from hydro.mesh import Mesh
 from hydro.movies import video
-from hydro.movies.frames import Frames, frame_time, frames, read_frame
+from hydro.movies.frames import frame_time, frames, read_frame
 from hydro.movies.movie import interval_of, repeats
 from hydro.movies.moving import NORMS, MovingPicture, averages
+from hydro.observables import CLUSTERING
 from hydro.output import dataset
 from hydro.output.checkpoint import FIELDS, read_checkpoint
 from hydro.output.files import partial
 from hydro.output.folder import RunFolder
 from hydro.output.xdmf import Series
-from hydro.setup import gas_of, mesh_of
+from hydro.setup import gas_of, grain_diameter, mesh_of
 from hydro.state import State
 
 ROOT = Path(__file__).parent.parent
@@ -318,7 +319,7 @@ def drawn(picture):
 def test_cells_are_drawn_where_they_are(cells, stretch):
     """On a stretched mesh too, and on one that is finer than the picture."""
     mesh, density = stripes(cells, stretch)
-    picture = MovingPicture(mesh, Movie(), None, None, digits=0)
+    picture = MovingPicture(mesh, CLUSTERING.span, Movie(), None, None, digits=0)
     picture.density = density
     shades = drawn(picture)[2:-2, 2:-2]
     height, width = drawn(picture).shape
@@ -342,7 +343,7 @@ def test_what_moves_leaves_no_trace_in_the_next_picture(look):
     mesh, density = stripes((30, 16))
     history = pd.DataFrame({"time": [0.0, 1.0], "wall_max": [0.1, 0.4], "wall_min": [0.1, 0.05]})
     limits = (0.01, 0.5) if look.limits == "run" else None
-    used, fresh = (MovingPicture(mesh, look, limits, history, digits=1) for _ in range(2))
+    used, fresh = (MovingPicture(mesh, CLUSTERING.span, look, limits, history, digits=1) for _ in range(2))
     first = np.array(used.at(0.0, np.full(mesh.cells, 0.1)))
     again, new = np.array(used.at(0.7, density)), np.array(fresh.at(0.7, density))
     np.testing.assert_array_equal(again, new)
@@ -351,7 +352,9 @@ def test_what_moves_leaves_no_trace_in_the_next_picture(look):
 
 def test_the_scale_is_that_of_the_moment_or_of_the_run():
     mesh, density = stripes((30, 16))
-    own, common = (MovingPicture(mesh, Movie(), limits, None, digits=0) for limits in (None, (0.0, 0.8)))
+    own, common = (
+        MovingPicture(mesh, CLUSTERING.span, Movie(), limits, None, digits=0) for limits in (None, (0.0, 0.8))
+    )
     darkest = []
     for picture in (own, common):
         for factor in (0.5, 1.0):

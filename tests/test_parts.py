@@ -6,28 +6,26 @@ import math
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numba
 import numpy as np
 import pytest
-from hydro.numerics.reduce import store_largest
 
 from hydro import deck
 from hydro.check.scales import largest_step
 from hydro.deck import evolution, initial, parse, sections, steady
-from hydro.driver.march import Run, advance, choose_step, march
-from hydro.driver.trackers import AtTimes
-from hydro.dynamics import INTEGRATORS, Godunov, Integrator, LagrangeRemap, StepRejected, multigrid
+from hydro.driver.march import Run, advance, march
+from hydro.driver.trackers import EachStep
+from hydro.dynamics import INTEGRATORS, Godunov, LagrangeRemap, StepRejected, multigrid
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
-from hydro.errors import RunFailed
 from hydro.gas import CLOSURES, Grossman
 from hydro.initial import INITIAL_STATES, PATTERNS, cosine_averages, initial_state, regrid
 from hydro.jit import kernel
 from hydro.kinds.evolution import integrator_of
 from hydro.kinds.table import KINDS
 from hydro.mesh import Mesh
+from hydro.numerics.reduce import store_largest
 from hydro.observables.clustering import gas_density, wall_extremes
 from hydro.registry import Registry, UnknownName
 from hydro.state import State
@@ -205,62 +203,15 @@ def largest_of(values, out, i):
 def test_cold_gas_beside_a_hot_wall_loses_heat_and_does_not_overshoot(cold, K, L):
     gas, mesh = Grossman(L, K), Mesh.rectangle((32, 8))
     state = State.of(gas, mesh, 0.0235, cold)
-    run, losses, hottest = Run(state, Godunov(gas, ThermalWall(1.0), mesh), 0.5), [], []
+    losses, hottest = [], []
 
-    class Watch(AtTimes):
-        def look(self, run):
-            losses.append(run.ledger.sums["collisions"].value)
-            hottest.append(run.state.temperature.max())
+    def watch(run):
+        losses.append(run.ledger.amounts["collisions"])
+        hottest.append(run.state.temperature.max())
 
-    march(run, [Watch(lambda run: None)])
+    march(state, Godunov(gas, ThermalWall(1.0), mesh), 0.5, [EachStep(watch)])
     assert np.all(np.diff(losses) > 0.0)
     assert max(hottest) < 1.0
-
-
-class Counter(Integrator):
-    """An integrator of fixed step that refuses steps above `allowed`."""
-
-    step_limits = ("sound",)
-
-    def __init__(self, largest: float, allowed: float = math.inf):
-        self.largest, self.allowed, self.taken = largest, allowed, []
-
-    def limits(self, state):
-        return {"sound": self.largest}
-
-    def step(self, state, dt):
-        if dt > self.allowed:
-            raise StepRejected("too far")
-        self.taken.append(dt)
-        state.time += dt
-        return {}
-
-
-def a_run(integrator, end):
-    return Run(State.of(Grossman(0.0, 0.0), Mesh.rectangle((4, 4)), 0.1, 1.0), integrator, end)
-
-
-def test_output_times_are_hit_exactly_without_slivers():
-    run, seen = a_run(Counter(0.3), 2.0), []
-    march(run, [AtTimes(lambda now: seen.append(now.state.time), (0.0, 0.1, 0.95, 2.0), every=0.5)])
-    assert seen == [0.0, 0.1, 0.5, 0.95, 1.0, 1.5, 2.0]
-    assert min(run.integrator.taken) >= 0.05 - 1e-15
-
-
-def test_rejected_steps_are_halved_and_counted():
-    run = a_run(Counter(0.4, allowed=0.15), 1.0)
-    march(run, [])
-    assert run.state.time == 1.0 and max(run.integrator.taken) <= 0.15 and run.rejected > 0
-
-
-def test_a_run_that_cannot_step_fails_with_the_reason():
-    with pytest.raises(RunFailed, match="too far"):
-        march(a_run(Counter(0.4, allowed=0.0), 1.0), [])
-
-
-@pytest.mark.parametrize(("largest", "remaining", "expected"), [(1.0, 0.5, 0.5), (1.0, 1.5, 0.75), (1.0, 9.0, 1.0)])
-def test_choose_step(largest, remaining, expected):
-    assert choose_step(largest, remaining) == expected
 
 
 def test_a_rejected_step_leaves_no_trace():
@@ -274,15 +225,6 @@ def test_a_rejected_step_leaves_no_trace():
     np.testing.assert_array_equal(state.conserved, before.conserved)
     np.testing.assert_array_equal(integrator.memory()["wall_temperature"], memory["wall_temperature"])
     assert state.time == before.time
-
-
-def test_tracker_of_times_survives_an_inexact_cadence():
-    tracker, seen = AtTimes(lambda run: seen.append(run.state.time), every=0.1), []
-    time = 0.0
-    while time < 1.05:
-        tracker.look(SimpleNamespace(state=SimpleNamespace(time=time)))
-        time = tracker.next_stop(time)
-    assert len(seen) == 10 and seen == pytest.approx(np.arange(1, 11) * 0.1)
 
 
 def test_a_step_out_of_proportion_to_the_cooling_time_is_rejected_at_once():

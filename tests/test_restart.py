@@ -21,9 +21,10 @@ from zygote import draw_nothing
 
 from hydro.cli import main
 from hydro.driver import trackers
-from hydro.driver.history import History, read_rows
+from hydro.driver.history import History
 from hydro.movies.frames import frames
 from hydro.output.checkpoint import read_checkpoint
+from hydro.output.history import read_rows
 
 INTEGRATORS = ("godunov", "lagrange-remap")
 SMALL = (
@@ -117,7 +118,7 @@ def test_rejected_steps_are_remembered(run_deck, monkeypatch):
     whole, code = run_deck("sod", *words, "time.end=0.02", "output.times=[0.02]", folder="whole")
     rows = read_rows(whole / "history.csv")
     assert code == 0 and summary_of(whole)["rejected_steps"] > 100
-    stops = np.linspace(1, rows["steps"][-1], 6).astype(int).tolist()[:-1]
+    stops = np.linspace(1, rows["steps"].iloc[-1], 6).astype(int).tolist()[:-1]
     at_steps(monkeypatch, stops, send(signal.SIGTERM))
     pieces, code = run_deck("sod", *words, "time.end=0.02", "output.times=[0.02]", folder="pieces")
     while code == 4:
@@ -309,7 +310,7 @@ def test_a_kill_between_a_checkpoint_and_its_clean_up_leaves_nothing_behind(run,
         pass
 
     undisturbed, _ = run("godunov", "output.keep=1", name="undisturbed")
-    write = "hydro.kinds.evolution.write_checkpoint"
+    write = "hydro.driver.keeper.write_checkpoint"
     from hydro.output.checkpoint import write_checkpoint
 
     def write_and_die(path, saved):

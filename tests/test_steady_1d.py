@@ -14,10 +14,10 @@ from scipy.linalg import eigh
 from hydro.cli import main
 from hydro.deck import dumps, parse
 from hydro.deck.stability import AreaFractions
-from hydro.driver.progress import counted
 from hydro.errors import DeckError, RunFailed, Stopped
 from hydro.gas import Grossman, HardDisks
 from hydro.kinds import stability
+from hydro.progress import counted
 from hydro.steady import marginal
 from hydro.steady.elements import reference_element
 from hydro.steady.extended import extended_state

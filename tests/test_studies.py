@@ -245,8 +245,8 @@ def test_what_a_source_gives_is_in_the_books(integrator):
     deck = evolution(*words, f"time.integrator={integrator}")
     state = initial_state(deck)
     start, stepper = state.energy, integrator_of(deck, state)
-    exchanges = [stepper.step(state, 1e-3) for _ in range(5)]
-    wall, lost, rubbed, source = np.sum(exchanges, axis=0)
+    booked = [list(stepper.step(state, 1e-3).values()) for _ in range(5)]
+    wall, lost, rubbed, source = np.sum(booked, axis=0)
     assert abs(source) > 1e-5
     assert state.energy - start == pytest.approx(wall - lost - rubbed + source, abs=1e-14)
 

@@ -17,6 +17,4 @@ def evolve(path: Path, overrides: Iterable[str], watch: Callable[[Run], None], e
     deck = load(path, overrides)
     assert isinstance(deck, EvolutionDeck)
     state = initial_state(deck)
-    run = Run(state, integrator_of(deck, state), deck.time.end)
-    march(run, [AtTimes(watch, deck.output_times, every)])
-    return run
+    return march(state, integrator_of(deck, state), deck.time.end, [AtTimes(watch, deck.output_times, every)])

@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from hydro.gas import Grossman
 from hydro.markdown import table
 from hydro.mesh import Mesh
-from hydro.observables.clustering import gas_density, wall_extremes
+from hydro.observables.clustering import CLUSTERING, gas_density, wall_extremes
 from hydro.pictures.density import Map, density_panels
 from hydro.steady.balance import Balance
 from hydro.steady.bifurcation import ExtendedBranch
@@ -130,9 +130,8 @@ def main(folder: Path) -> None:
         found = states(label, value)
         rows += [row_of(label, value, steady) for steady in found]
         state = found[2].state
-        low, high = wall_extremes(state.density, state.mesh)
         title = rf"point {label}, $f={value:g}$, $\Delta={state.mesh.aspect_ratio:g}$"
-        maps.append(Map(state.density, state.mesh, title, high, low))
+        maps.append(Map(state.density, state.mesh, title, CLUSTERING.span.note(state.density, state.mesh)))
     print(table(("point", "f", "cells", "largest n(0,y)", "smallest", "gas n at x=1", "growth rate"), rows))
     density_panels(folder / "fig3", maps)
 

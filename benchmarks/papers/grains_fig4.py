@@ -34,12 +34,13 @@ from hydro.kinds.grains import measured
 from hydro.markdown import table
 from hydro.mesh import Mesh
 from hydro.movies.frames import frame_time, frames, read_frame
+from hydro.observables import CLUSTERING, observables_of
 from hydro.observables.clustering import gas_density, wall_extremes
 from hydro.output.checkpoint import averaged, read_checkpoint
 from hydro.pictures.density import Map, density_panels
 from hydro.pictures.grains import by_cluster, disks_at
 from hydro.pictures.style import publish, save
-from hydro.setup import mesh_of
+from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 from hydro.steady.localized import steady_state
 from hydro.walls import VibratingWall
@@ -120,12 +121,13 @@ def grains(output: Path, name: str, seed: int) -> dict[str, Any]:
     shown: Any = load(PROBLEMS / f"{box.deck}.toml", box.overrides)
     kept = [shot["checkpoint"] for shot in made["snapshots"] if shot["time"] in shown.output_times]
     saved = [read_checkpoint(folder / "checkpoints" / name) for name in kept]
+    estimated, like = observables_of(deck).estimated, State(gas_of(deck), mesh, saved[-1].conserved)
     return {
         "time": np.array([frame_time(path) for path in pictures]), "wall_max": high, "wall_min": low,
         "gas_density": np.array([density[-1] @ mesh.dy / mesh.aspect_ratio for density in fields]),
         "centre": np.array([centre(density, mesh) for density in fields]),
         "amplitudes": np.array([amplitudes(density, mesh) for density in fields]),
-        "shots": [{"time": each.time, **measured(each.memory["look_fields"], mesh)} for each in saved],
+        "shots": [{"time": each.time, **measured(estimated, each.memory["look_fields"], like)} for each in saved],
         "saved": saved, "deck": deck, "summary": made,
     }  # fmt: skip
 
@@ -159,7 +161,7 @@ def flow(name: str, gas_of: Callable[[Any], Any], number: int) -> dict[str, Any]
             series[key].append(value)
 
     try:
-        march(Run(state, integrator_of(flowing, state), deck.time.end), [AtTimes(watch, (), deck.time.end / SAMPLES)])
+        march(state, integrator_of(flowing, state), deck.time.end, [AtTimes(watch, (), deck.time.end / SAMPLES)])
     except RunFailed as failure:
         print(f"{name}, {type(gas).__name__}: {failure}", file=sys.stderr)
     return {key: np.array(values) for key, values in series.items()}
@@ -260,7 +262,7 @@ def averages(found: dict[str, Any]) -> list[Map]:
     """Density of a run of grains at the times of the deck, averaged over windows."""
     mesh = mesh_of(found["deck"])
     fields = [(saved.time, averaged(saved)[0]) for saved in found["saved"]]
-    return [Map(n, mesh, f"$t = {time:g}$", *reversed(wall_extremes(n, mesh))) for time, n in fields]
+    return [Map(n, mesh, f"$t = {time:g}$", CLUSTERING.span.note(n, mesh)) for time, n in fields]
 
 
 def rows(results: dict[str, Any]) -> list[list[Any]]:

@@ -15,7 +15,7 @@ import numpy as np
 from hydro.deck.experiment import Scaled
 from hydro.deck.sections import GAMMA
 from hydro.errors import RunFailed
-from hydro.setup import gas_of, wall_of
+from hydro.setup import gas_of, grain_diameter, wall_of
 from hydro.steady.extended import ExtendedState, extended_state
 from hydro.steady.marginal import critical_aspect_ratio
 from hydro.steady.uniform_pressure import UniformPressure
@@ -36,11 +36,6 @@ class Place(NamedTuple):
 
     def __str__(self) -> str:
         return f"L = {self.L:.6g}, f = {self.f:.4g}, aspect ratio {self.aspect_ratio:.4g}"
-
-
-def grain_diameter(deck: Any) -> float:
-    """d/L_x = K/mu of a deck with gas."""
-    return deck.gas.K / deck.gas.mu
 
 
 class Vibration(NamedTuple):

@@ -12,7 +12,8 @@ import numpy as np
 from hydro.compare.exponential import NoStretch, exponential_stretch
 from hydro.compare.subject import Subject, steady_state_for
 from hydro.mesh import Mesh
-from hydro.observables.clustering import cluster_position, snapshot
+from hydro.observables import OBSERVABLES, observables_of
+from hydro.observables.sets import values
 from hydro.output.folder import write_json
 from hydro.state import State
 from hydro.steady.growth import Growth, growth_of, sector_parts
@@ -41,12 +42,13 @@ def compare(path: Path, steady: str, quiet: bool = False) -> dict[str, Any]:
     rows, parts = table(subject, found, len(growths))
     result = {
         "steady": steady,
+        "observables": observables_of(subject.deck).name,
         "wave": found.wave,
         "alignment": alignment,
         "tried": [asdict(attempt) for attempt in tried],
         "cells": list(found.balance.mesh.cells),
         "residual": found.residual,
-        "steady_state": numbers(found.state, subject.wall),
+        "steady_state": numbers(subject, found.state),
         "friction_rate": -1.0 / subject.deck.gas.tau,
         "rates": rates(rows, parts, [(growth.sector, leading(growth, found)) for growth in growths]),
         "checkpoints": rows,
@@ -73,7 +75,7 @@ def table(subject: Subject, steady: SteadyState, sectors: int) -> tuple[list[Row
     for state in subject.states:
         here, shift = aligned(state, steady)
         by_field = {field: norms(getattr(here, field), getattr(there, field), here.mesh) for field in FIELDS}
-        rows.append(numbers(here, subject.wall) | {"moved": shift} | by_field)
+        rows.append(numbers(subject, here) | {"moved": shift} | by_field)
         split = islice(sector_parts(steady, here.density - there.density), sectors)
         parts.append([norms(there.density + part, there.density, here.mesh)["L2"] for part in split])
     return rows, np.array(parts).T
@@ -89,11 +91,9 @@ def norms(field: np.ndarray, steady: np.ndarray, mesh: Mesh) -> dict[str, float]
     }
 
 
-def numbers(state: State, wall: Any) -> Row:
+def numbers(subject: Subject, state: State) -> Row:
     """What the table says of a state."""
-    seen = snapshot(state, wall)
-    kept = ("time", "wall_max", "wall_min", "gas_density")
-    return {key: seen[key] for key in kept} | {"cluster_position": cluster_position(state.density, state.mesh)}
+    return {"time": state.time, **values(observables_of(subject.deck).compared, state, subject.wall)}
 
 
 def rates(rows: list[Row], parts: np.ndarray, leading_rates: list[tuple[str, float]]) -> list[Row]:
@@ -134,20 +134,17 @@ def moves(density: np.ndarray, steady: SteadyState) -> bool:
     return abs(np.vdot(slope, density)) > TRANSLATION * np.linalg.norm(slope) * np.linalg.norm(density)
 
 
-NUMBERS = {"wall_max": "largest n(0, y)", "wall_min": "smallest n(0, y)", "gas_density": "n at x = 1"}
-
-
 def closing(result: Row) -> list[str]:
     """The last checkpoint beside the steady state, and the rates, as tables."""
     last, steady = result["checkpoints"][-1], result["steady_state"]
+    compared = OBSERVABLES[result["observables"]].compared
     where = result["alignment"] + (f", {-last['moved']:.4g} further in y" if last["moved"] else "")
     return [
         *map(attempt_line, result["tried"]),
         f"steady state with {result['wave']} half-waves, {where}; residual {result['residual']:.1e}",
         "",
         f"{'':<24}{'t = ' + format(last['time'], 'g'):>14}{'steady':>14}{'difference':>14}",
-        *(number_line(label, last[key], steady[key]) for key, label in NUMBERS.items()),
-        f"{'y of largest n(0, y)':<24}{last['cluster_position']:14.6g}{steady['cluster_position']:14.6g}",
+        *(number_line(each.label, last[each.name], steady[each.name]) for each in compared),
         "",
         f"{'relative difference':<24}{'L1':>14}{'L2':>14}{'max':>14}",
         *(f"{field:<24}" + "".join(f"{last[field][norm]:14.3e}" for norm in ("L1", "L2", "max")) for field in FIELDS),

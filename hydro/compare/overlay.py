@@ -5,37 +5,34 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from hydro.deck import EvolutionDeck, GrainsDeck
-from hydro.driver.history import read_rows
 from hydro.errors import DeckError
-from hydro.observables.clustering import wall_extremes
+from hydro.mesh import Mesh
+from hydro.observables import OBSERVABLES, Observables, observables_of
+from hydro.observables.sets import error_of
 from hydro.output.checkpoint import averaged, read_or_skip, readable_times
 from hydro.output.folder import RunFolder, write_json
+from hydro.output.history import read_rows
 from hydro.setup import mesh_of
 
-# What is told of each run at its end, by column of its history.
-COLUMNS = {
-    "wall_max": "largest n(0, y)",
-    "wall_min": "smallest n(0, y)",
-    "gas_density": "n at x = 1",
-    "centre_x": "mean x",
-}
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Overlaid(NamedTuple):
-    """A run among others: its name and folder, the rows of its history, and the last density it has saved, (nx, ny)."""
+    """A run among others: its name and folder, its deck, the rows of its history, its last density, (nx, ny)."""
 
     name: str
     folder: RunFolder
     deck: Any
-    history: np.ndarray
+    history: pd.DataFrame
     time: float
     density: np.ndarray
-    mesh: Any
+    mesh: Mesh
 
     @classmethod
     def of(cls, path: Path) -> Overlaid:
@@ -48,25 +45,21 @@ class Overlaid(NamedTuple):
         newest = reversed(readable_times(folder.checkpoints))
         saved = next(filter(None, map(read_or_skip, newest)), None)
         history = read_rows(folder.history)
-        if saved is None or not history.size:
+        if saved is None or history.empty:
             raise DeckError(f"{path} has no checkpoint or no history yet", "RUNDIR")
-        missing = [name for name in ("time", *COLUMNS) if name not in (history.dtype.names or ())]
-        if missing:
-            raise DeckError(f"{folder.history} has no column {missing[0]!r}: an older version wrote it", "RUNDIR")
         return cls(path.resolve().name, folder, deck, history, saved.time, averaged(saved)[0], mesh_of(deck))
 
-    @property
-    def last(self) -> dict[str, float | None]:
-        """The last row of the history: time, what COLUMNS names, and the standard errors that are known."""
-        row, names = self.history[-1], self.history.dtype.names or ()
-        values = {name: float(row[name]) for name in ("time", *COLUMNS)}
-        errors = {f"{name}_error": float(row[f"{name}_error"]) for name in COLUMNS if f"{name}_error" in names}
-        return values | {name: error if math.isfinite(error) else None for name, error in errors.items()}
+    def last(self, columns: Sequence[str]) -> dict[str, float | None]:
+        """The last row of the history: time, columns, and their standard errors as far as they are known.
 
-    @property
-    def extremes(self) -> tuple[float, float]:
-        """Smallest and largest density on the wall x = 0 at the last checkpoint."""
-        return wall_extremes(self.density, self.mesh)
+        DeckError if it has no such columns.
+        """
+        row = self.history.iloc[-1]
+        if missing := [name for name in ("time", *columns) if name not in row]:
+            raise DeckError(f"{self.folder.history} has no column {missing[0]!r}: an older version wrote it", "RUNDIR")
+        errors = {error_of(name): float(row[error_of(name)]) for name in columns if error_of(name) in row}
+        known = {name: error if math.isfinite(error) else None for name, error in errors.items()}
+        return {name: float(row[name]) for name in ("time", *columns)} | known
 
 
 def overlay(paths: Sequence[Path], output: Path, movie: bool = False, quiet: bool = False) -> dict[str, Any]:
@@ -80,15 +73,22 @@ def overlay(paths: Sequence[Path], output: Path, movie: bool = False, quiet: boo
     if RunFolder(output).deck.exists():
         raise DeckError(f"{output} is the folder of a run; choose another with --output", "output folder")
     runs = named_apart([Overlaid.of(path) for path in paths], paths)
-    result = {"runs": [{"run": run.name, **run.last} for run in runs]}
-    from hydro.pictures.overlay import last_densities, overlaid_histories  # matplotlib is slow to import
+    seen = observables_of(runs[0].deck)
+    columns = columns_of(seen)
+    result = {"observables": seen.name, "runs": [{"run": run.name, **run.last(columns)} for run in runs]}
+    from hydro.pictures.density import Map, density_panels  # matplotlib is slow to import
+    from hydro.pictures.overlay import overlaid_histories
+    from hydro.pictures.style import literally
 
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise DeckError(f"{output} cannot be written: {error.strerror}", "output folder") from error
-    overlaid_histories(output / "history.png", runs)
-    last_densities(output / "states.png", runs)
+    overlaid_histories(output / "history.png", seen.overlaid, [(run.name, run.history) for run in runs])
+    titles = [f"{literally(run.name)}, $t={run.time:g}$" for run in runs]
+    notes = [seen.span.note(run.density, run.mesh) for run in runs]
+    shown = zip(runs, titles, notes, strict=True)
+    density_panels(output / "states.png", [Map(run.density, run.mesh, title, note) for run, title, note in shown])
     write_json(output / "overlay.json", result)
     if movie:
         from hydro.movies.movie import side_by_side
@@ -106,17 +106,19 @@ def named_apart(runs: list[Overlaid], paths: Sequence[Path]) -> list[Overlaid]:
     ]
 
 
+def columns_of(seen: Observables) -> list[str]:
+    """What is told of each run at its end: the columns of the history that are drawn."""
+    return [curve.column for panel in seen.overlaid for curve in panel.curves]
+
+
 def closing(result: dict[str, Any]) -> list[str]:
     """The last rows of the histories, as a table."""
-    rows = result["runs"]
+    rows, seen = result["runs"], OBSERVABLES[result["observables"]]
+    columns = columns_of(seen)
     width = max(len(row["run"]) for row in rows) + 2
-    header = f"{'':<{width}}{'t':>10}" + "".join(f"{title:>22}" for title in COLUMNS.values())
-    return [header, *(f"{row['run']:<{width}}{row['time']:>10g}" + "".join(map(entry, *told(row))) for row in rows)]
-
-
-def told(row: dict[str, Any]) -> tuple[list[float], list[float | None]]:
-    """Numbers of a row, and their errors."""
-    return [row[name] for name in COLUMNS], [row.get(f"{name}_error") for name in COLUMNS]
+    header = f"{'':<{width}}{'t':>10}" + "".join(f"{seen.label(name):>22}" for name in columns)
+    lines = ["".join(entry(row[name], row.get(error_of(name))) for name in columns) for row in rows]
+    return [header, *(f"{row['run']:<{width}}{row['time']:>10g}{line}" for row, line in zip(rows, lines, strict=True))]
 
 
 def entry(value: float, error: float | None) -> str:

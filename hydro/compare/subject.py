@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from hydro.deck import EvolutionDeck, GrainsDeck, SteadyDeck
-from hydro.driver.progress import counted
 from hydro.errors import Complaint, DeckError
 from hydro.output.checkpoint import averaged, read_checkpoint, readable_times
 from hydro.output.folder import RunFolder
+from hydro.progress import counted
 from hydro.setup import gas_of, wall_of
 from hydro.state import State
 from hydro.steady.balance import Balance

@@ -8,13 +8,12 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hydro.driver.march import Run
 from hydro.driver.trackers import Quiet
 from hydro.errors import RunFailed
-from hydro.observables.clustering import arrangement, snapshot
+from hydro.observables.sets import Observables, Row, values
 from hydro.output.files import write_text
+from hydro.output.history import time_of, whole_lines
 
 
 class History(Quiet):
@@ -24,8 +23,8 @@ class History(Quiet):
     then on is dropped. RunFailed if that file has other columns.
     """
 
-    def __init__(self, path: Path, wall: Any, interval: float, begin: float):
-        self.path, self.wall, self.interval = path, wall, interval
+    def __init__(self, path: Path, observables: Observables, wall: Any, interval: float, begin: float):
+        self.path, self.observables, self.wall, self.interval = path, observables, wall, interval
         self._header, rows = whole_lines(path)
         kept = list(takewhile(lambda row: time_of(row) < begin, rows))
         self._due = self._after(time_of(kept[-1])) if kept else 0.0
@@ -50,44 +49,14 @@ class History(Quiet):
         """When the row after one at `time` is due."""
         return (math.floor(time / self.interval) + 1) * self.interval if self.interval > 0.0 else time
 
-    def _row(self, run: Run) -> dict[str, float]:
-        state = run.state
-        kinetic = state.mesh.integral(state.kinetic_energy)
+    def _row(self, run: Run) -> Row:
+        state, seen = run.state, self.observables
         return {
-            **snapshot(state, self.wall),
-            **arrangement(state),
+            **values((*seen.summary, *seen.history), state, self.wall),
             "steps": run.steps,
             "dt": run.dt,
             **{f"steps_by_{name}": count for name, count in run.set_by.items()},
             "mass": state.mass,
-            "kinetic_energy": kinetic,
-            "thermal_energy": state.energy - kinetic,
+            **values(seen.energies, state, self.wall),
             **run.ledger.balance(state.energy),
         }
-
-
-def read_rows(path: Path) -> np.ndarray:
-    """The rows of a history file as a structured array, a field per column; an unfinished row is left out."""
-    header, rows = whole_lines(path)
-    columns = np.dtype([(name, float) for name in header.split(",") if name])
-    return np.array([tuple(map(float, row.split(","))) for row in rows], columns)
-
-
-def whole_lines(path: Path) -> tuple[str, list[str]]:
-    """Header and rows of a history file, up to the first row that is damaged; nothing if there is no file."""
-    text = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
-    header, *rows = text.split("\n")[:-1] or [""]
-    return header, list(takewhile(lambda row: is_whole(row, header.count(",")), rows))
-
-
-def is_whole(row: str, commas: int) -> bool:
-    """Whether a row has a number in every column."""
-    try:
-        return len([float(value) for value in row.split(",")]) == commas + 1
-    except ValueError:
-        return False
-
-
-def time_of(row: str) -> float:
-    """The first column."""
-    return float(row.partition(",")[0])

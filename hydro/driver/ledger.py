@@ -60,6 +60,11 @@ class Ledger:
         """Long name and unit of each of the `entries`."""
         return START | {account.name: (account.long_name, account.unit) for account in self.accounts}
 
+    @property
+    def amounts(self) -> dict[str, float]:
+        """What each account has been given so far."""
+        return {name: kept.value for name, kept in self.sums.items()}
+
     def book(self, amounts: Mapping[str, float]) -> None:
         """Enter one step; KeyError for an account that nobody declared."""
         for name, amount in amounts.items():
@@ -70,7 +75,7 @@ class Ledger:
 
         Where that gives nothing, relative to the initial energy.
         """
-        entries = {name: kept.value for name, kept in self.sums.items()}
+        entries = self.amounts
         change, gained, driven = energy - self.initial_energy, 0.0, 0.0
         for account in sorted(self.accounts, key=lambda account: -account.sign):  # what comes in, then what goes out
             gained += account.sign * entries[account.name]

@@ -67,6 +67,16 @@ class Run:
         self.ledger = Ledger.of(self.integrator.accounts, saved.ledger)
         self.integrator.remember(saved.memory)
 
+    def march(self, trackers: Sequence[Tracker]) -> None:
+        """Advance to the end; RunFailed when no step is possible, with the state as it was then."""
+        for tracker in trackers:
+            tracker.look(self)
+        while self.state.time < self.end:
+            stop = min([self.end, *(tracker.next_stop(self.state.time) for tracker in trackers)])
+            advance(self, stop)
+            for tracker in trackers:
+                tracker.look(self)
+
 
 class Tracker(Protocol):
     """Looks at a run before its first step and after each; owns a side effect, such as files or progress."""
@@ -78,15 +88,17 @@ class Tracker(Protocol):
         """Act, if it is time to."""
 
 
-def march(run: Run, trackers: Sequence[Tracker]) -> None:
-    """Advance `run` to its end; RunFailed when no step is possible, with the state as it was then."""
-    for tracker in trackers:
-        tracker.look(run)
-    while run.state.time < run.end:
-        stop = min([run.end, *(tracker.next_stop(run.state.time) for tracker in trackers)])
-        advance(run, stop)
-        for tracker in trackers:
-            tracker.look(run)
+def march(state: State, integrator: Integrator, until: float, trackers: Sequence[Tracker] = ()) -> Run:
+    """Advance `state` in place to the time `until`, in scaled units, with the steps that `integrator` allows.
+
+    Trackers (see `hydro.driver.trackers`) look at the run before the first step and after each, and may ask that a step
+    ends at a certain time. Steps that the integrator rejects are tried again with half their length. Returns the run:
+    its `ledger` of energy, its number of `steps`, how many were `rejected`, and what set them (`set_by`). RunFailed
+    when no step is possible, with the state as it was then.
+    """
+    run = Run(state, integrator, until)
+    run.march(trackers)
+    return run
 
 
 def advance(run: Run, stop: float) -> None:

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import math
 import signal
-import sys
 import threading
 import time
 from collections.abc import Callable
 from types import FrameType
 from typing import Any, ClassVar, Self
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
 from hydro.driver.march import Run, Tracker
-from hydro.driver.progress import legible
 from hydro.errors import Stopped
+from hydro.progress import Progress, legible
 
 
 class Quiet(Tracker):
@@ -24,6 +20,16 @@ class Quiet(Tracker):
 
     def next_stop(self, time: float) -> float:
         return math.inf
+
+
+class EachStep(Quiet):
+    """Calls `act(run)` before the first step and after each."""
+
+    def __init__(self, act: Callable[[Run], None]):
+        self.act = act
+
+    def look(self, run: Run) -> None:
+        self.act(run)
 
 
 class AtTimes:
@@ -146,53 +152,11 @@ def speed(run: Run) -> str:
     return f"{legible(work / max(run.wall_seconds, 1e-9))} {unit}/s"
 
 
-class ProgressBar(Quiet):
-    """A bar with rate and time left. A context manager."""
+class ShowProgress(Quiet):
+    """Shows how far a run has got."""
 
-    INTERVAL = 0.2  # seconds between updates
-
-    def __init__(self, title: str, end: float):
-        columns = (
-            TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(),
-            TextColumn("t={task.fields[now]}  {task.fields[rate]}"), TimeRemainingColumn(),
-        )  # fmt: skip
-        self._progress = Progress(*columns, console=Console(stderr=True))
-        self._task = self._progress.add_task(title, total=end, now="0", rate="")
-        self._due = 0.0
-
-    def __enter__(self) -> ProgressBar:
-        self._progress.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
+    def __init__(self, shown: Progress):
+        self.shown = shown
 
     def look(self, run: Run) -> None:
-        seconds = time.perf_counter()
-        if seconds < self._due and run.state.time < run.end:
-            return
-        self._due = seconds + self.INTERVAL
-        self._progress.update(self._task, completed=run.state.time, now=f"{run.state.time:.4g}", rate=speed(run))
-
-
-class ProgressLines(Quiet):
-    """A line for every tenth of the run, for outputs that are no terminal."""
-
-    def __init__(self, title: str, end: float):
-        self.title, self.end = title, end
-        self._due = 0.1
-
-    def __enter__(self) -> ProgressLines:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def look(self, run: Run) -> None:
-        done = run.state.time / self.end
-        if done < self._due:
-            return
-        left = run.wall_seconds * (1.0 / done - 1.0)
-        line = f"{self.title}: {done:4.0%}  t={run.state.time:.4g}  {speed(run)}  {left:.0f} s left"
-        print(line, file=sys.stderr, flush=True)
-        self._due = math.floor(done * 10.0 + 1.0) / 10.0
+        self.shown.show(run.state.time, f"t={run.state.time:.4g}  {speed(run)}")

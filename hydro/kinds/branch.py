@@ -16,13 +16,13 @@ import numpy as np
 
 from hydro.check.regime import Place, regime
 from hydro.deck import BranchDeck, dumps
-from hydro.driver.progress import Tally
 from hydro.driver.trackers import StopOnSignal
 from hydro.errors import Complaint, DeckError, HydroError, RunFailed
 from hydro.mesh import Mesh
-from hydro.observables.clustering import snapshot, wall_profile
+from hydro.observables.clustering import CLUSTERING, wall_profile
 from hydro.output.checkpoint import Checkpoint, write_checkpoint
 from hydro.output.folder import RunFolder
+from hydro.progress import Tally
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.steady.balance import Balance
 from hydro.steady.bifurcation import ExtendedBranch
@@ -155,7 +155,7 @@ class Survey:
         rates = {growth.sector: growth.rate for growth in growths}
         rate = max(rates.values())
         state = steady.state
-        seen = snapshot(state, steady.balance.wall)
+        seen = CLUSTERING.snapshot(state, steady.balance.wall)
         row = self.place(math.exp(vector[-1])) | {
             "branch": branch,
             "wall_max": seen["wall_max"],

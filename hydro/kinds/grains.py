@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import resource
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -17,7 +17,9 @@ import numpy as np
 from hydro.check.regime import Place, regime, stripe_of
 from hydro.deck import GrainsDeck
 from hydro.driver.history import History
+from hydro.driver.keeper import Keeper
 from hydro.driver.march import Run
+from hydro.driver.run_in_folder import Engine, go_on, restore, start, state_of
 from hydro.grains import books, theory
 from hydro.grains.dynamics import Dynamics
 from hydro.grains.fields import density_scale, fields, temperature
@@ -30,9 +32,8 @@ from hydro.grains.integrator import (
     wall_kind,
 )
 from hydro.grains.placement import number_of_grains
-from hydro.kinds.evolution import Engine, Keeper, go_on, restore, start, state_of
-from hydro.mesh import Mesh
-from hydro.observables.clustering import arrangement, half_waves, wall_extremes, wall_profile
+from hydro.observables import OBSERVABLES, Observables
+from hydro.observables.sets import Quantity, Row, error_of
 from hydro.output.checkpoint import Checkpoint, averaged
 from hydro.output.folder import RunFolder
 from hydro.setup import gas_of, mesh_of
@@ -40,7 +41,6 @@ from hydro.state import State
 
 BLOCKS = 8
 ENOUGH = 10.0  # grains counted in a cell, over all looks, before it has a temperature
-ERRORS = ("wall_max", "wall_min", "gas_density", "thermal_energy")  # whose errors the scatter within a window gives
 
 
 def solve(deck: GrainsDeck, folder: RunFolder, quiet: bool = False) -> dict[str, Any]:
@@ -90,24 +90,23 @@ def mean_state(run: Run) -> State:
     return State(run.state.gas, run.state.mesh, mean_fields(looks(run)), run.state.time)
 
 
-def measures(conserved: np.ndarray, mesh: Mesh) -> dict[str, float]:
-    """Wall densities, the mean density in the last cells before x = 1, and the energy of random motion."""
-    low, high = wall_extremes(conserved[0], mesh)
-    thermal = mesh.integral(conserved[0] * temperature(conserved))
-    gas = float(conserved[0, -1] @ mesh.dy) / mesh.aspect_ratio
-    return {"wall_max": high, "wall_min": low, "gas_density": gas, "thermal_energy": thermal}
+def measured(quantities: Sequence[Quantity], seen: np.ndarray, like: State) -> Row:
+    """Quantities of the average over looks, (looks, 4, nx, ny), with standard errors; NaN where these are too few.
 
+    Gas and mesh are those of `like`.
+    """
 
-def measured(seen: np.ndarray, mesh: Mesh) -> dict[str, float]:
-    """Measures of the average over looks, (looks, 4, nx, ny), with standard errors; NaN where these are too few."""
-    found = measures(seen.mean(axis=0), mesh)
-    errors = dict.fromkeys(ERRORS, math.nan)
+    def of(conserved: np.ndarray) -> Row:
+        state = State(like.gas, like.mesh, conserved)
+        return {each.name: each.averaged(state, None) for each in quantities}
+
+    errors = {each.name: math.nan for each in quantities}
     if len(seen) >= BLOCKS:
         length = len(seen) // BLOCKS
         blocks = np.array([seen[k * length : (k + 1) * length].mean(axis=0) for k in range(BLOCKS)])
-        rest = [measures((blocks.sum(axis=0) - block) / (BLOCKS - 1), mesh) for block in blocks]
-        errors = {key: math.sqrt(BLOCKS - 1) * float(np.std([row[key] for row in rest])) for key in ERRORS}
-    return found | {f"{key}_error": error for key, error in errors.items()}
+        rest = [of((blocks.sum(axis=0) - block) / (BLOCKS - 1)) for block in blocks]
+        errors = {key: math.sqrt(BLOCKS - 1) * float(np.std([row[key] for row in rest])) for key in errors}
+    return of(seen.mean(axis=0)) | {error_of(name): error for name, error in errors.items()}
 
 
 def mean_pressure(run: Run) -> float:
@@ -119,35 +118,49 @@ def mean_pressure(run: Run) -> float:
     return (kinetic + 0.5 * virial / span) / area if span > 0.0 else math.nan
 
 
-def observed(run: Run) -> dict[str, float]:
-    """What summary and history say of a moment: averages over the window before it."""
+def mean_speeds(run: Run) -> np.ndarray:
+    """Speed of the mean flow, (nx, ny); zero where there were no grains."""
+    mean = mean_fields(looks(run))
+    return np.hypot(mean[1], mean[2]) / np.where(mean[0] > 0.0, mean[0], math.inf)
+
+
+def max_mach(run: Run) -> float:
+    """Largest Mach number of the mean flow, where there were enough grains to have a temperature."""
     samples, state = looks(run), run.state
     mean = mean_fields(samples)
     counts = mean[0] * state.mesh.areas * density_scale(grains_of(run).arena.diameter) * len(samples)
-    n = np.where(mean[0] > 0.0, mean[0], math.inf)
-    speed = np.hypot(mean[1], mean[2]) / n
     with np.errstate(all="ignore"):
-        mach = speed / state.gas.sound_speed(mean[0], temperature(mean))  # not a number from n_c on
-    return {
-        "time": state.time,
-        **measured(np.array([sample.conserved for sample in samples]), state.mesh),
-        "half_waves": half_waves(wall_profile(mean[0], state.mesh), state.mesh),
-        "mean_pressure": mean_pressure(run),
-        "max_speed": float(speed.max()),
-        "max_mach": float(np.max(mach, initial=0.0, where=(counts > ENOUGH) & np.isfinite(mach))),
-        "contrast": float(mean[0].max() / (mean[0, -1].min() or math.nan)),
-    }
+        mach = mean_speeds(run) / state.gas.sound_speed(mean[0], temperature(mean))  # not a number from n_c on
+    return float(np.max(mach, initial=0.0, where=(counts > ENOUGH) & np.isfinite(mach)))
+
+
+# What grains know better than their mean fields do.
+OWN: dict[str, Callable[[Run], float]] = {
+    "mean_pressure": mean_pressure,
+    "max_speed": lambda run: float(mean_speeds(run).max()),
+    "max_mach": max_mach,
+}
+
+
+def observed(run: Run, observables: Observables) -> Row:
+    """What summary and history say of a moment: averages over the window before it."""
+    mean, seen = mean_state(run), np.array([sample.conserved for sample in looks(run)])
+    row = {"time": run.state.time, **measured(observables.estimated, seen, mean)}
+    for each in (*observables.summary, *observables.averages):
+        if each.name not in row:
+            row[each.name] = OWN[each.name](run) if each.name in OWN else each.averaged(mean, None)
+    return row
 
 
 class GrainsHistory(History):
     """A history of averages over the window."""
 
-    def _row(self, run: Run) -> dict[str, float]:
-        state, seen = run.state, mean_state(run)
-        n, momentum_x, momentum_y, _ = seen.conserved
-        moving = 0.5 * (momentum_x**2 + momentum_y**2) / np.where(n > 0.0, n, math.inf)
-        energy = {"mass": state.mass, "kinetic_energy": state.mesh.integral(moving)}
-        return {**observed(run), **arrangement(seen), **energy, **run.ledger.balance(state.energy)}
+    def _row(self, run: Run) -> Row:
+        seen, mean, row = self.observables, mean_state(run), observed(run, self.observables)
+        energies = [each for each in seen.energies if each.name not in row]
+        further = {each.name: each.averaged(mean, None) for each in seen.history}
+        books = {"mass": run.state.mass, **{each.name: each.averaged(mean, None) for each in energies}}
+        return {**row, **further, **books, **run.ledger.balance(run.state.energy)}
 
 
 class GrainsKeeper(Keeper):
@@ -155,7 +168,7 @@ class GrainsKeeper(Keeper):
 
     def snapshot(self, run: Run) -> None:
         """Note the averages, draw their density and the grains, and save a checkpoint to keep."""
-        self.note(run, observed(run))
+        self.note(run, observed(run, self.observables))
         if self.deck.output.pictures:
             from hydro.pictures.grains import draw  # matplotlib is slow to import
 
@@ -195,6 +208,7 @@ class GrainsKeeper(Keeper):
             "mass_drift": run.state.mass / run.ledger.initial_mass - 1.0,
             "smallest_gap": grains.smallest_gap,
             "energy_ledger": run.ledger.balance(run.state.energy),
+            "observables": self.observables.name,
             "snapshots": self.snapshots,
         }
 
@@ -251,13 +265,8 @@ def sawtooth_heat(speed: float) -> float:
 
 def closing(summary: dict[str, Any]) -> list[str]:
     """The snapshots, and how the run went."""
-    rows = [
-        f"t={row['time']:<8g} wall max {with_error(row, 'wall_max')}  min {with_error(row, 'wall_min')}  "
-        f"gas {with_error(row, 'gas_density')}"
-        for row in summary["snapshots"]
-    ]
     lines = [
-        *rows,
+        *map(OBSERVABLES[summary["observables"]].closing_line, summary["snapshots"]),
         f"{summary['grains']} grains, {summary['collisions']} collisions in {summary['wall_seconds']:.1f} s: "
         f"{summary['collisions_per_second']:.3g} a second; energy residual {summary['energy_ledger']['residual']:.1e}",
     ]
@@ -265,13 +274,6 @@ def closing(summary: dict[str, Any]) -> list[str]:
         share = soft / summary["collisions"]
         lines.append(f"grains.contact_time acted: {soft} of the collisions were elastic, {share:.2%}")
     return lines
-
-
-def with_error(row: dict[str, Any], key: str) -> str:
-    """A number of a snapshot, and its standard error where it is known."""
-    error = row[f"{key}_error"]
-    known = error is not None and math.isfinite(error)
-    return f"{row[key]:.4f} ± {error:.4f}" if known else f"{row[key]:.4f}"
 
 
 def scalars(summary: dict[str, Any]) -> dict[str, Any]:

@@ -10,11 +10,11 @@ import numpy as np
 
 from hydro.check.regime import Grains, Place, Stripe, extended_or_none, position, verdicts
 from hydro.deck import StabilityDeck, dumps
-from hydro.driver.progress import counted
 from hydro.driver.trackers import StopOnSignal
 from hydro.errors import HydroError
 from hydro.gas import CLOSURES, Closure, Grossman
 from hydro.output.folder import RunFolder
+from hydro.progress import counted
 from hydro.steady.extended import extended_state
 from hydro.steady.marginal import critical_aspect_ratio, tongue
 

@@ -10,7 +10,7 @@ import numpy as np
 from hydro.check.regime import Place, regime
 from hydro.deck import SteadyDeck, dumps
 from hydro.errors import Complaint, DeckError
-from hydro.observables.clustering import snapshot
+from hydro.observables import CLUSTERING
 from hydro.output.checkpoint import Checkpoint, write_checkpoint
 from hydro.output.folder import RunFolder
 from hydro.setup import gas_of, mesh_of, wall_of
@@ -63,7 +63,7 @@ def warm_up(deck: SteadyDeck, wall: Any) -> float:
 def summary_of(deck: SteadyDeck, steady: SteadyState, growths: list[Growth]) -> dict[str, Any]:
     """The state in numbers."""
     state = steady.state
-    seen = snapshot(state, steady.balance.wall)
+    seen = CLUSTERING.snapshot(state, steady.balance.wall)
     rate = growth_rate(growths)
     return {
         "kind": deck.kind,
@@ -118,7 +118,7 @@ def draw(
 
     state = steady.state
     title = rf"$f={deck.gas.f:g}$, $\Delta={deck.box.aspect_ratio:g}$"
-    shown = Map(state.density, state.mesh, title, summary["wall_max"], summary["wall_min"])
+    shown = Map(state.density, state.mesh, title, CLUSTERING.span.note(state.density, state.mesh))
     density_panels(folder.pictures / "density", [shown])
     mode_panels(folder.pictures / "modes", state, [growth.modes[0] for growth in growths if growth.modes])
 

@@ -15,15 +15,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydro.deck.evolution import RunDeck
-from hydro.driver.progress import counted
 from hydro.errors import CheckpointError, DeckError
 from hydro.mesh import Mesh
 from hydro.movies.frames import frame_time, frames, read_frame
 from hydro.movies.moving import Board, MovingPicture, ends
 from hydro.movies.video import gif, mp4
+from hydro.observables import observables_of
 from hydro.output.checkpoint import leave_out, read_field, readable_times
 from hydro.output.dataset import read_history
 from hydro.output.folder import RunFolder
+from hydro.progress import counted
 from hydro.setup import mesh_of
 
 SHORTEST = 8.0  # seconds that a movie lasts at least
@@ -54,8 +55,9 @@ def make_movie(deck: Any, folder: RunFolder, quiet: bool = False) -> list[Path]:
     counts = dict(zip(source.times, repeats(times, interval, look.frames_per_second), strict=True))
     shown = counted([path for path in source.times if counts[path]], f"{folder.path.name}, movie", quiet)
     limits = common_ends(readable(source.times, source, mesh), look.scale) if look.limits == "run" else None
-    history = read_history(folder.path).reset_index() if look.traces else None
-    picture = MovingPicture(mesh, look, limits, history, digits=max(0, math.ceil(-math.log10(interval))))
+    span = observables_of(deck).span
+    history = read_history(folder.path).reset_index() if look.traces and span.curves else None
+    picture = MovingPicture(mesh, span, look, limits, history, digits=max(0, math.ceil(-math.log10(interval))))
 
     def pictures() -> Iterator[np.ndarray]:
         for path, density in readable(shown, source, mesh):
@@ -74,7 +76,7 @@ def side_by_side(path: Path, runs: Sequence[tuple[str, RunFolder, Mesh]], deck: 
     Each is shown at the latest moment that it has kept; `movie.limits` = "run" gives all one scale. Errors as for
     `make_movie`.
     """
-    look = deck.movie
+    look, span = deck.movie, observables_of(deck).span
     sources = [source_in(folder) for _, folder, _ in runs]
     times = sorted(time for source in sources for time in source.times.values())
     interval = interval_of(times, deck.movie_interval, look.frames_per_second)
@@ -82,7 +84,7 @@ def side_by_side(path: Path, runs: Sequence[tuple[str, RunFolder, Mesh]], deck: 
     shown = [(source, mesh) for (_, _, mesh), source in zip(runs, sources, strict=True)]
     every = chain.from_iterable(readable(source.times, source, mesh) for source, mesh in shown)
     limits = common_ends(every, look.scale) if look.limits == "run" else None
-    sides = [Side(source, mesh, MovingPicture(mesh, look, limits, None, digits)) for source, mesh in shown]
+    sides = [Side(source, mesh, MovingPicture(mesh, span, look, limits, None, digits)) for source, mesh in shown]
     board = Board([name for name, _, _ in runs], [side.picture.size for side in sides])
     moving = math.ceil((times[-1] - times[0]) / interval) + 1
     pause = [times[-1]] * round(PAUSE * look.frames_per_second)

@@ -1,4 +1,4 @@
-"""The density in motion: a map like those of the pictures, and under it the extremes on the wall x = 0 against time.
+"""The density in motion: a map like those of the pictures, and under it the extremes that it tells against time.
 
 A picture is drawn once; from moment to moment only what moves is drawn anew.
 """
@@ -19,9 +19,9 @@ from matplotlib.text import Text
 
 from hydro.deck.evolution import Movie
 from hydro.mesh import Mesh
-from hydro.observables.clustering import wall_extremes
+from hydro.observables.sets import Span
 from hydro.pictures.density import drawn_ratio
-from hydro.pictures.history import WALLS, curves
+from hydro.pictures.history import curves
 from hydro.pictures.style import literally
 
 MAPS = {"gray": "gray_r"}  # colours that matplotlib knows by another name
@@ -38,12 +38,12 @@ TRACE, EDGE, WIDTH = 150, 28, 480  # height and right margin of the curves; leas
 
 
 class Moment(NamedTuple):
-    """What is to be seen: a time, the density of shape (nx, ny), and its extremes along the wall x = 0."""
+    """What is to be seen: a time, the density of shape (nx, ny), and its extremes."""
 
     time: float
     density: np.ndarray
-    wall_min: float
-    wall_max: float
+    low: float
+    high: float
 
 
 class Part(Protocol):
@@ -57,23 +57,30 @@ class Part(Protocol):
 class MovingPicture:
     """The density map, its colour scale and time and, if a history is given, the curves under it.
 
-    limits: ends of the scale; those of each moment when None. history: table of the run with the columns `time`,
-    `wall_max` and `wall_min`. digits: of the time, after the point. size: width and height in pixels, even.
+    span: the extremes that are told. limits: ends of the scale; those of each moment when None. history: table of the
+    run with the column `time` and those of the span. digits: of the time, after the point. size: width and height in
+    pixels, even.
     """
 
     def __init__(
-        self, mesh: Mesh, look: Movie, limits: tuple[float, float] | None, history: pd.DataFrame | None, digits: int
+        self,
+        mesh: Mesh,
+        span: Span,
+        look: Movie,
+        limits: tuple[float, float] | None,
+        history: pd.DataFrame | None,
+        digits: int,
     ):
         ratio = drawn_ratio(mesh)
         width, height = (2 * round(0.5 * SIDE * min(share, 1.0)) for share in (1.0 / ratio, ratio))
         below = BOTTOM + (0 if history is None else TRACE + BOTTOM)
-        self.mesh, self.size = mesh, (max(LEFT + width + RIGHT, WIDTH), below + height + TOP)
+        self.mesh, self.span, self.size = mesh, span, (max(LEFT + width + RIGHT, WIDTH), below + height + TOP)
         self.figure = Figure(figsize=(self.size[0] / DPI, self.size[1] / DPI), dpi=DPI)
         left = LEFT + (self.size[0] - LEFT - width - RIGHT) // 2
         axes, bar = self._axes(left, below, width, height), self._axes(left + width + GAP, below, BAR, height)
-        self.parts: list[Part] = [Map(axes, bar, mesh, look, limits), Header(self.figure, digits)]
+        self.parts: list[Part] = [Map(axes, bar, mesh, look, limits), Header(self.figure, span, digits)]
         if history is not None:
-            self.parts.append(Curves(self._axes(LEFT, BOTTOM, self.size[0] - LEFT - EDGE, TRACE), history))
+            self.parts.append(Curves(self._axes(LEFT, BOTTOM, self.size[0] - LEFT - EDGE, TRACE), span, history))
         self.moving = [artist for part in self.parts for artist in part.moving]
         for artist in self.moving:
             artist.set_animated(True)
@@ -90,7 +97,7 @@ class MovingPicture:
 
         The next one takes its place in the same array.
         """
-        moment = Moment(time, density, *wall_extremes(density, self.mesh))
+        moment = Moment(time, density, *self.span.of(density, self.mesh))
         for part in self.parts:
             part.show(moment)
         self.canvas.restore_region(self.still)
@@ -152,12 +159,12 @@ class Map:
 
 
 class Header:
-    """The time, and the extremes along the wall."""
+    """The time, and the extremes."""
 
-    def __init__(self, figure: Figure, digits: int):
+    def __init__(self, figure: Figure, span: Span, digits: int):
         self.digits = digits
         self.time = self._after(figure, LEFT, "$t=$")
-        self.extremes = self._after(figure, 0.42 * figure.bbox.width, "$n(0,y)$: ")
+        self.extremes = self._after(figure, 0.42 * figure.bbox.width, f"{span.label}: ")
         self.moving: list[Artist] = [self.time, self.extremes]
 
     def _after(self, figure: Figure, left: float, label: str) -> Text:
@@ -169,14 +176,14 @@ class Header:
 
     def show(self, moment: Moment) -> None:
         self.time.set_text(f"{moment.time:.{self.digits}f}")
-        self.extremes.set_text(f"{moment.wall_min:#.3g} to {moment.wall_max:#.3g}")
+        self.extremes.set_text(f"{moment.low:#.3g} to {moment.high:#.3g}")
 
 
 class Curves:
-    """The extremes along the wall against time, and where the moment is."""
+    """The extremes against time, and where the moment is."""
 
-    def __init__(self, axes: Axes, history: pd.DataFrame):
-        curves(axes, history, WALLS[:2])
+    def __init__(self, axes: Axes, span: Span, history: pd.DataFrame):
+        curves(axes, history, span.curves)
         axes.set_xlabel("time $t\\,T_*^{1/2}/L_x$")
         axes.set_ylabel("$n/n_c$")
         axes.tick_params(labelsize=8)
@@ -186,7 +193,7 @@ class Curves:
 
     def show(self, moment: Moment) -> None:
         self.line.set_xdata([moment.time, moment.time])
-        self.dots.set_data([moment.time, moment.time], [moment.wall_min, moment.wall_max])
+        self.dots.set_data([moment.time, moment.time], [moment.low, moment.high])
 
 
 def ends(density: np.ndarray, scale: str) -> tuple[float, float]:

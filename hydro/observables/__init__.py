@@ -1,1 +1,6 @@
-"""Numbers that describe a state."""
+"""What is measured of a state, in named sets: one for each problem, chosen by what a deck has."""
+
+from hydro.observables.clustering import CLUSTERING
+from hydro.observables.sets import OBSERVABLES, Observables, observables_of
+
+__all__ = ["CLUSTERING", "OBSERVABLES", "Observables", "observables_of"]

@@ -1,4 +1,4 @@
-"""Numbers that describe a state: extremes along the wall x = 0, gas density at x = 1, and the like."""
+"""The observables of clustering before a driving wall: extremes along the wall x = 0, gas density at x = 1."""
 
 from __future__ import annotations
 
@@ -7,45 +7,14 @@ from typing import Any
 import numpy as np
 
 from hydro.mesh import Mesh
+from hydro.observables.general import extended
+from hydro.observables.sets import OBSERVABLES, Curve, Panel, Quantity, Span
 from hydro.state import State
 from hydro.walls.boundary import wall_heat
-
-# Long name and unit of what the summary says of a state; of the last ones, only of averages over grains.
-QUANTITIES = {
-    "time": ("time", "L_x/T_*^(1/2)"),
-    "wall_max": ("largest density on the wall x = 0", "n_c"),
-    "wall_min": ("smallest density on the wall x = 0", "n_c"),
-    "half_waves": ("number of half-waves along the wall x = 0, 0 where n is uniform", "1"),
-    "gas_density": ("mean density at the wall x = 1", "n_c"),
-    "mean_pressure": ("mean pressure", "n_c T_*"),
-    "max_speed": ("largest speed of the flow", "T_*^(1/2)"),
-    "max_mach": ("largest Mach number", "1"),
-    "thermal_energy": ("energy of random motion", "n_c T_* L_x^2"),
-    "contrast": ("largest density over the smallest beside x = 1", "1"),
-    "wall_max_error": ("standard error of wall_max", "n_c"),
-    "wall_min_error": ("standard error of wall_min", "n_c"),
-    "gas_density_error": ("standard error of gas_density", "n_c"),
-    "thermal_energy_error": ("standard error of thermal_energy", "n_c T_* L_x^2"),
-}
 
 CLUSTER = 1.2  # times the mean of n(0, y): what the top of a cluster exceeds at least
 LEAST = 1e-12  # density that is none but round-off
 UNIFORM = 0.02  # range of n along the wall x = 0, over its mean, up to which a state counts as extended
-
-
-def snapshot(state: State, wall) -> dict[str, Any]:
-    """What the summary says of a state: the first of QUANTITIES; see the functions below."""
-    low, high = wall_extremes(state.density, state.mesh)
-    return {
-        "time": state.time,
-        "wall_max": high,
-        "wall_min": low,
-        "half_waves": half_waves(wall_profile(state.density, state.mesh), state.mesh),
-        "gas_density": gas_density(state, wall),
-        "mean_pressure": state.mesh.integral(state.pressure) / state.mesh.aspect_ratio,
-        "max_speed": float(state.speed.max()),
-        "max_mach": float(state.mach.max()),
-    }
 
 
 def wall_extremes(density: np.ndarray, mesh: Mesh) -> tuple[float, float]:
@@ -124,7 +93,7 @@ def peaks(line: np.ndarray) -> np.ndarray:
     return here[top] - slope**2 / (8.0 * bend) - bend / 24.0
 
 
-def gas_density(state: State, wall) -> float:
+def gas_density(state: State, wall: Any) -> float:
     """Mean of n over the face x = 1, with the wall's temperature from its heat law."""
     mesh, density = state.mesh, state.density[-1]
     if mesh.periodic[0] or not state.gas.conducts():
@@ -148,15 +117,73 @@ def clusters(line: np.ndarray, periodic: bool = False) -> np.ndarray:
     return np.array([(top + start) % line.size for top in tops if rolled[top] > CLUSTER * mean], int)
 
 
-def arrangement(state: State) -> dict[str, float]:
-    """Where the gas is, for a history: the number of clusters along the wall x = 0, and the centre of mass."""
-    centre_x, centre_y = centre_of_mass(state)
-    number = clusters(wall_profile(state.density, state.mesh), state.mesh.periodic[1]).size
-    return {"clusters": number, "centre_x": centre_x, "centre_y": centre_y}
-
-
 def centre_of_mass(state: State) -> tuple[float, float]:
     """Mean x and y of the grains, in L_x; along a periodic direction, of the box as it is cut at its seam."""
     mesh = state.mesh
     moments = (mesh.integral(state.density * mesh.x[:, None]), mesh.integral(state.density * mesh.y))
     return moments[0] / state.mass, moments[1] / state.mass
+
+
+def last_density(state: State, wall: Any) -> float:
+    """Mean of n over the last cells before x = 1."""
+    return float(state.density[-1] @ state.mesh.dy) / state.mesh.aspect_ratio
+
+
+def number_of_clusters(state: State, wall: Any) -> int:
+    """How many clusters there are along the wall x = 0."""
+    return clusters(wall_profile(state.density, state.mesh), state.mesh.periodic[1]).size
+
+
+def contrast(state: State, wall: Any) -> float:
+    """The largest density over the smallest of the last cells before x = 1; not a number where one is empty."""
+    return float(state.density.max() / (state.density[-1].min() or np.nan))
+
+
+WALL_MAX = Quantity(
+    "wall_max", "largest density on the wall x = 0", "n_c",
+    lambda state, _: wall_extremes(state.density, state.mesh)[1], "largest n(0, y)",
+)  # fmt: skip
+WALL_MIN = Quantity(
+    "wall_min", "smallest density on the wall x = 0", "n_c",
+    lambda state, _: wall_extremes(state.density, state.mesh)[0], "smallest n(0, y)",
+)  # fmt: skip
+HALF_WAVES = Quantity(
+    "half_waves", "number of half-waves along the wall x = 0, 0 where n is uniform", "1",
+    lambda state, _: half_waves(wall_profile(state.density, state.mesh), state.mesh),
+)  # fmt: skip
+GAS_DENSITY = Quantity(
+    "gas_density", "mean density at the wall x = 1", "n_c", gas_density, "n at x = 1", average=last_density
+)
+CLUSTERS = Quantity("clusters", "number of clusters along the wall x = 0", "1", number_of_clusters)
+CENTRE_X = Quantity("centre_x", "mean x of the grains", "L_x", lambda state, _: centre_of_mass(state)[0], "mean x")
+CENTRE_Y = Quantity("centre_y", "mean y of the grains", "L_x", lambda state, _: centre_of_mass(state)[1], "mean y")
+CONTRAST = Quantity("contrast", "largest density over the smallest beside x = 1", "1", contrast)
+POSITION = Quantity(
+    "cluster_position", "y of the largest density on the wall x = 0", "L_x",
+    lambda state, _: cluster_position(state.density, state.mesh), "y of largest n(0, y)",
+)  # fmt: skip
+
+EXTREMES = (Curve("wall_max", "largest, $x=0$"), Curve("wall_min", "smallest, $x=0$", "--"))
+CLUSTERING = extended(
+    "clustering",
+    fits=lambda deck: True,
+    summary=(WALL_MAX, WALL_MIN, HALF_WAVES, GAS_DENSITY),
+    history=(CLUSTERS, CENTRE_X, CENTRE_Y),
+    estimated=(WALL_MAX, WALL_MIN, GAS_DENSITY),
+    averages=(CONTRAST,),
+    closing=(("wall_max", "wall max", ".4f"), ("wall_min", "min", ".4f"), ("gas_density", "gas", ".5f")),
+    compared=(WALL_MAX, WALL_MIN, GAS_DENSITY, POSITION),
+    drifting=("wall_max", "wall_min"),
+    panels=(
+        Panel(
+            "Densities at the walls", "density $n/n_c$", (*EXTREMES, Curve("gas_density", "mean, $x=1$", ":")), height=2
+        ),
+    ),
+    overlaid=(
+        Panel("Densities", "$n(0,y)/n_c$: largest (full),\nsmallest (dashed)", EXTREMES, height=2),
+        Panel("The density at x = 1", "mean $n(1,y)/n_c$", (Curve("gas_density"),)),
+        Panel("The centre of mass", "mean $x/L_x$", (Curve("centre_x"),), scale="linear"),
+    ),
+    span=Span("$n(0,y)$", "on the wall x = 0", wall_extremes, EXTREMES),
+)
+OBSERVABLES.add(CLUSTERING.name, CLUSTERING)

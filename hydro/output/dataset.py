@@ -12,14 +12,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from hydro.check.regime import grain_diameter
-from hydro.driver.history import read_rows
 from hydro.errors import CheckpointError, DeckError, extra
 from hydro.mesh import Mesh
 from hydro.output.checkpoint import FIELDS, checkpoint_times, read_field, read_labels
 from hydro.output.folder import RunFolder
+from hydro.output.history import read_rows
 from hydro.registry import Registry, UnknownName
-from hydro.setup import gas_of, mesh_of
+from hydro.setup import gas_of, grain_diameter, mesh_of
 from hydro.state import State
 
 if TYPE_CHECKING:
@@ -114,9 +113,9 @@ def read_history(path: str | os.PathLike[str]) -> pd.DataFrame:
         folder.load_deck()
         raise DeckError(f"{path} has no {folder.history.name}", "run folder")
     rows = read_rows(folder.history)
-    if not rows.size:
+    if rows.empty:
         raise DeckError(f"{path} has no rows in {folder.history.name} yet", "run folder")
-    return pd.DataFrame(rows).set_index("time")
+    return rows.set_index("time")
 
 
 def _words(long_name: str, unit: str) -> dict[str, str]:

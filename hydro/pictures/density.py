@@ -21,13 +21,12 @@ HEIGHT = 3.4  # of a panel whose box is taller than wide, in inches
 
 
 class Map(NamedTuple):
-    """What a panel shows: the density (nx, ny) on its mesh, a title, and the extremes along the wall x = 0."""
+    """What a panel shows: the density (nx, ny) on its mesh, a title above and a note below."""
 
     density: np.ndarray
     mesh: Mesh
     title: str
-    wall_max: float
-    wall_min: float
+    note: str
 
 
 def density_panels(path: Path, maps: Sequence[Map]) -> None:
@@ -60,7 +59,7 @@ def draw(axis: Axes, panel: Map, label: str = "") -> None:
     axis.set_aspect(drawn_ratio(mesh) / mesh.aspect_ratio)
     axis.set_xticks([0.0, 0.5, 1.0])
     axis.set_title(label + panel.title, fontsize=10)
-    axis.set_xlabel(f"$x/L_x$\n$n(0,y)$: {panel.wall_min:.3g} to {panel.wall_max:.3g}")
+    axis.set_xlabel(f"$x/L_x$\n{panel.note}")
     scale = axis.figure.colorbar(shades, ax=axis, fraction=0.08, pad=0.03, shrink=0.9)
     scale.set_label("$n/n_c$")
     scale.ax.tick_params(labelsize=8)

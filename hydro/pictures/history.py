@@ -4,60 +4,46 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hydro.observables.sets import Curve, Panel
 from hydro.pictures.style import save
 
-
-class Panel(NamedTuple):
-    """Curves that share an axis: what it shows, its label, and (column, name, dash) of each curve."""
-
-    words: str
-    label: str
-    columns: Sequence[tuple[str, str, str]]
+if TYPE_CHECKING:
+    import pandas as pd
 
 
-WALLS = (
-    ("wall_max", "largest, $x=0$", "-"),
-    ("wall_min", "smallest, $x=0$", "--"),
-    ("gas_density", "mean, $x=1$", ":"),
-)
-ENERGIES = (("thermal_energy", "of random motion", "-"), ("kinetic_energy", "of the flow", "--"))
-PANELS = (
-    Panel("Densities at the walls", "density $n/n_c$", WALLS),
-    Panel("Energies", "energy $/(n_cT_*L_x^2)$", ENERGIES),
-    Panel("The flow's largest Mach number", "largest Mach number", (("max_mach", "", "-"),)),
-)
 ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 3}  # a legend outside the axes
 TIME = "time $t\\,T_*^{1/2}/L_x$"
 
 
-def history_curves(path: Path, history: np.ndarray) -> None:
-    """All panels, one above the other; `history` is a table of named columns, a record array or a DataFrame."""
-    figure = Figure(figsize=(6.0, 7.0), layout="constrained")
-    axes = figure.subplots(len(PANELS), 1, sharex=True, height_ratios=(2, 1, 1))
-    for axis, panel in zip(axes, PANELS, strict=True):
-        curves(axis, history, panel.columns, **ABOVE)
+def history_curves(path: Path, history: pd.DataFrame, panels: Sequence[Panel]) -> None:
+    """All panels, one above the other."""
+    heights = [panel.height for panel in panels]
+    figure = Figure(figsize=(6.0, 1.75 * sum(heights)), layout="constrained")
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+    for axis, panel in zip(axes, panels, strict=True):
+        curves(axis, history, panel.curves, **ABOVE)
         axis.set_ylabel(panel.label)
     axes[-1].set_xlabel(TIME)
     save(figure, path)
 
 
-def history_panel(history: np.ndarray, panel: Panel) -> Figure:
+def history_panel(history: pd.DataFrame, panel: Panel) -> Figure:
     """One panel, as small as a page wants it."""
     figure = Figure(figsize=(4.4, 3.0), layout="constrained")
     axis = figure.add_subplot()
-    curves(axis, history, panel.columns, **ABOVE)
+    curves(axis, history, panel.curves, **ABOVE)
     axis.set_ylabel(panel.label)
     axis.set_xlabel(TIME)
     return figure
 
 
-def curves(axis: Axes, history: np.ndarray, columns: Sequence[tuple[str, str, str]], **legend: Any) -> None:
+def curves(axis: Axes, history: pd.DataFrame, columns: Sequence[Curve], **legend: Any) -> None:
     """Columns against time on a logarithmic axis; what is not positive is left out, and the axis spans a factor 2.
 
     legend: where it is and how it looks.

@@ -15,6 +15,7 @@ from hydro.compare.subject import AUTO
 from hydro.driver.ledger import BALANCE
 from hydro.errors import DeckError, HydroError
 from hydro.kinds.table import KINDS
+from hydro.observables import Observables, observables_of
 from hydro.output.checkpoint import read_words
 from hydro.output.dataset import read_history
 from hydro.output.folder import RunFolder
@@ -40,13 +41,8 @@ WARNING = "warning: "
 
 Row = dict[str, Any]
 
-# Keys of summaries that a page begins with, as far as they are there.
+# Keys of summaries that a page begins with, after the observables, as far as they are there.
 FACTS = {
-    "time": "time",
-    "wall_max": "largest n(0, y)",
-    "wall_min": "smallest n(0, y)",
-    "gas_density": "n at x = 1",
-    "max_mach": "largest Mach number",
     "pressure": "pressure",
     "growth_rate": "growth rate",
     "stable": "stable",
@@ -63,7 +59,6 @@ FACTS = {
     "mass_drift": "mass drift",
     "wall_seconds": "seconds of computing",
 }
-NUMBERS = {"time": "t", "wall_max": "max n(0, y)", "wall_min": "min n(0, y)", "gas_density": "n at x = 1"}
 NORMS = ("L1", "L2", "max")
 
 
@@ -75,6 +70,17 @@ class Content:
     deck: Any
     summary: Row
 
+    @property
+    def observables(self) -> Observables:
+        """The set of the deck's problem."""
+        return observables_of(self.deck)
+
+    @property
+    def told(self) -> dict[str, str]:
+        """What is told of a state, by the names of the observables: their labels."""
+        names = ["time", *(name for name, _, _ in self.observables.closing)]
+        return {name: self.observables.label(name) for name in names}
+
     def picture(self, name: str, alt: str, caption: str = "") -> list[Figure]:
         """A picture of the folder, if it is there."""
         return pictures(self.folder.pictures / name, alt, caption)
@@ -83,16 +89,17 @@ class Content:
 def sections_of(content: Content) -> Iterator[Section]:
     """All parts of the page, some of them empty."""
     scales, warnings = described(content)
-    yield Section("In brief", [*facts(content.summary), *warnings])
+    yield Section("In brief", [*facts(content), *warnings])
     yield from PARTS.get(content.deck.kind, other)(content)
     yield Section("Scales", scales)
     yield Section("Deck", [Code(content.folder.deck.read_text(encoding="utf-8"))])
 
 
-def facts(summary: Row) -> list[Block]:
+def facts(content: Content) -> list[Block]:
     """The numbers that are looked for first, those of the last snapshot among them."""
-    known = {**summary, **(summary.get("snapshots") or [{}])[-1]}
-    found = [(name, shown(known[key])) for key, name in FACTS.items() if key in known]
+    summary = content.summary
+    known, names = {**summary, **(summary.get("snapshots") or [{}])[-1]}, content.told | FACTS
+    found = [(names[key], shown(known[key])) for key in names if key in known]
     return [Facts(found)] if found else []
 
 
@@ -124,14 +131,13 @@ def described(content: Content) -> tuple[list[Block], list[Block]]:
 
 def evolution(content: Content) -> Iterator[Section]:
     """Densities, movie, history, ledger, comparison."""
-    summary = content.summary
-    yield Section("Density", [*density_panels(content), *snapshot_table(summary)])
+    yield Section("Density", [*density_panels(content), *snapshot_table(content)])
     yield Section("Movie", movie(content.folder))
-    yield Section("History", history(content.folder))
+    yield Section("History", history(content))
     alt = "Density, temperature, pressure and velocity along x, averaged over y, at the output times"
     yield Section("Profiles", content.picture("profiles.png", alt, "Averages over y; later times are darker."))
     yield Section("Energy ledger", ledger(content))
-    yield Section("Beside a steady state", comparison(content.folder))
+    yield Section("Beside a steady state", comparison(content))
 
 
 def density_panels(content: Content) -> list[Block]:
@@ -140,22 +146,26 @@ def density_panels(content: Content) -> list[Block]:
     snapshots = content.summary.get("snapshots", [])
     rows = snapshots if len(snapshots) == len(files) else [{}] * len(files)
     which = np.unique(np.linspace(0, len(files) - 1, MOST_PANELS).astype(int)).tolist() if files else []
-    figures = [picture(files[k], density_words(rows[k])) for k in which]
+    figures = [picture(files[k], density_words(content.observables, rows[k])) for k in which]
     return [Gallery(figures)] if figures else []
 
 
-def density_words(snapshot: Row) -> str:
+def density_words(observables: Observables, snapshot: Row) -> str:
     """A map of the density in words."""
-    if not snapshot:
-        return "Map of the density n"
-    low, high = number(snapshot["wall_min"]), number(snapshot["wall_max"])
-    return f"Map of the density n at t = {number(snapshot['time'])}: on the wall x = 0 from {low} to {high}"
+    words, span = "Map of the density n", observables.span
+    if "time" in snapshot:
+        words += f" at t = {number(snapshot['time'])}"
+    if snapshot and span.curves:
+        high, low = (number(snapshot[curve.column]) for curve in span.curves)
+        words += f": {span.words} from {low} to {high}"
+    return words
 
 
-def snapshot_table(summary: Row) -> list[Block]:
+def snapshot_table(content: Content) -> list[Block]:
     """The numbers of the snapshots."""
-    rows = [[snapshot[key] for key in NUMBERS] for snapshot in summary.get("snapshots", [])]
-    return [Table("On the walls, at the output times.", list(NUMBERS.values()), rows)] if rows else []
+    told = content.told
+    rows = [[snapshot[key] for key in told] for snapshot in content.summary.get("snapshots", [])]
+    return [Table("At the output times.", list(told.values()), rows)] if rows else []
 
 
 def ledger(content: Content) -> list[Block]:
@@ -173,33 +183,34 @@ def movie(folder: RunFolder) -> list[Block]:
     return []
 
 
-def history(folder: RunFolder) -> list[Block]:
+def history(content: Content) -> list[Block]:
     """Curves of what the run has noted."""
-    from hydro.pictures.history import PANELS, history_panel  # matplotlib is slow to import
+    from hydro.pictures.history import history_panel  # matplotlib is slow to import
 
     try:
-        rows = read_history(folder.path).reset_index()
+        rows = read_history(content.folder.path).reset_index()
     except DeckError:  # there is none yet
         return []
     if len(rows) < 2:
         return []
     span = f"from t = {number(rows['time'].min())} to {number(rows['time'].max())}"
-    figures = [drawing(history_panel(rows, panel), f"{panel.words} against time, {span}") for panel in PANELS]
+    panels = content.observables.panels
+    figures = [drawing(history_panel(rows, panel), f"{panel.words} against time, {span}") for panel in panels]
     return [Gallery(figures)]
 
 
-def comparison(folder: RunFolder) -> list[Block]:
+def comparison(content: Content) -> list[Block]:
     """What `compare` has found, if it was run."""
+    folder, compared = content.folder, content.observables.compared
     if not (folder.comparison / "compare.json").exists():
         return []
     found = json.loads((folder.comparison / "compare.json").read_text(encoding="utf-8"))
     last, steady = found["checkpoints"][-1], found["steady_state"]
-    keys = [key for key in NUMBERS if key != "time"]
     when = f"t = {number(last['time'])}"
     distance = f"Distance from the steady state with {found['wave']} half-waves against time, on a logarithmic axis"
     return [
         Lines([f"{origin(found['steady'])}: {found['wave']} half-waves, {found['alignment']}."]),
-        Table("", ("", when, "steady"), [(NUMBERS[key], last[key], steady[key]) for key in keys]),
+        Table("", ("", when, "steady"), [(each.label, last[each.name], steady[each.name]) for each in compared]),
         Table(
             f"Relative differences at {when}.", ("", *NORMS),
             [(field, *(last[field][norm] for norm in NORMS)) for field in ("density", "temperature")],
@@ -239,8 +250,7 @@ def rate_row(entry: Row) -> tuple[Any, ...]:
 def steady(content: Content) -> Iterator[Section]:
     """The state and its modes."""
     summary = content.summary
-    alt = density_words({"time": 0.0, **summary}) if summary else "Map of the density n"
-    yield Section("Density", content.picture("density.png", alt.replace(" at t = 0", "")))
+    yield Section("Density", content.picture("density.png", density_words(content.observables, summary)))
     rows = [
         (entry["sector"], number(rate), number(frequency))
         for entry in summary.get("sectors", [])

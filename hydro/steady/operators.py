@@ -1,6 +1,6 @@
 """Differences between neighbouring cells as sparse matrices: what Newton's method and stability analysis share.
 
-The finite volumes are those of the heat operator of `hydro.dynamics.godunov.heat`: five points, and what crosses a face is
+The finite volumes are those of `hydro.dynamics.godunov.heat`: five points, and what crosses a face is
 said by `hydro.gas.conduction`. Cells are numbered as in a raveled (nx, ny) array.
 """
 

@@ -9,10 +9,10 @@ from typing import Any
 
 from hydro.deck import ConvergenceDeck, Deck
 from hydro.deck.campaigns import Changes
-from hydro.driver.progress import counted
 from hydro.errors import HydroError
 from hydro.output.checkpoint import Checkpoint, read_checkpoint
 from hydro.output.folder import RunFolder
+from hydro.progress import counted
 from hydro.studies.members import Member, last_checkpoint, members_of, run_member, scalars_of
 from hydro.studies.orders import orders, richardson
 from hydro.studies.references import NAMES, TOTAL, Level, check_nested, errors

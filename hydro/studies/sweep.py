@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from hydro.deck import SweepDeck, dumps
 from hydro.deck.campaigns import Variation
-from hydro.driver.progress import expected
 from hydro.errors import DeckError, RunFailed, Stopped
 from hydro.output.folder import RunFolder
+from hydro.progress import expected
 from hydro.studies.cluster import Outcome, Start, client_of, outcomes, work
 from hydro.studies.members import Member, chained, completed, members_of, scalars_of
 from hydro.studies.table import write_table

@@ -9,12 +9,13 @@ import math
 
 import numpy as np
 
+from hydro.driver.march import march
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.terms import Friction
 from hydro.verification.claims import Findings, Table, at_least, at_most, measurement
-from hydro.verification.march import ELASTIC, godunov, run, settle
+from hydro.verification.setups import ELASTIC, godunov, settle
 from hydro.walls import WALLS
 
 TOPIC = "Conservation and symmetry"
@@ -43,7 +44,7 @@ def ledger(full: bool) -> Findings:
     mesh = Mesh.rectangle((32, 64), DELTA)
     state = cosine(mesh)
     mass, energy = exact_sum(mesh, state.density), exact_sum(mesh, state.conserved[3])
-    given = run(godunov(mesh, GAS, WALLS["vibrating"](W), terms=[Friction(TAU)]), state, 20.0)
+    given = march(state, godunov(mesh, GAS, WALLS["vibrating"](W), terms=[Friction(TAU)]), 20.0).ledger.amounts
     drift = abs(exact_sum(mesh, state.density) / mass - 1.0)
     change = exact_sum(mesh, state.conserved[3]) - energy
     missing = math.fsum([change, -given["wall"], given["collisions"], given["friction"]])

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from hydro.driver.march import march
 from hydro.dynamics.godunov import heat
 from hydro.exact import (
     LinearMode,
@@ -28,7 +29,7 @@ from hydro.state import State
 from hydro.studies.orders import orders
 from hydro.terms import Friction
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
-from hydro.verification.march import ELASTIC, IDEAL, along, godunov, l1, laid, run
+from hydro.verification.setups import ELASTIC, IDEAL, along, godunov, l1, laid
 from hydro.walls import WALLS
 from hydro.walls.boundary import Boundary
 
@@ -64,7 +65,7 @@ def cooling(full: bool) -> Findings:
     for n, cells in itertools.product((0.0235, 0.5), (16, 32)):
         mesh = Mesh.rectangle((cells, cells))
         state = State.of(GRANULAR, mesh, n, 1.0)
-        run(godunov(mesh, GRANULAR), state, 20.0)
+        march(state, godunov(mesh, GRANULAR), 20.0)
         error = np.max(np.abs(state.temperature / homogeneous_cooling(GRANULAR, n, 1.0, 20.0) - 1.0))
         name = f"cooling, n = {n}, {cells} x {cells} cells: relative error of T at t = 20"
         claims.append(at_most(TOPIC, name, "0", float(error), 1e-6))
@@ -175,7 +176,7 @@ def mode_error(gas: Grossman, n: float, tau: float, mode: LinearMode, count: int
 
     dn, du, _, dT = fields(0.0)
     state = State.of(gas, mesh, n + dn, 1.0 + dT, (du, 0.0))
-    run(godunov(mesh, gas, terms=[Friction(tau)], riemann=riemann), state, 0.4)
+    march(state, godunov(mesh, gas, terms=[Friction(tau)], riemann=riemann), 0.4)
     return l1(mesh, state.density - n - fields(0.4)[0]) / MODE_AMPLITUDE
 
 
@@ -184,7 +185,7 @@ def friction(full: bool) -> Findings:
     """A uniform flow in a periodic box slows down as exp(-t/tau); its temperature stays."""
     mesh, tau = Mesh.rectangle((8, 8), periodic=(True, True)), 3.0
     state = State.of(IDEAL, mesh, 0.2, 1.0, (0.3, -0.2))
-    run(godunov(mesh, terms=[Friction(tau)]), state, 5.0)
+    march(state, godunov(mesh, terms=[Friction(tau)]), 5.0)
     u, v = state.velocity
     keep = math.exp(-5.0 / tau)
     error = max(float(np.max(np.abs(u / (0.3 * keep) - 1.0))), float(np.max(np.abs(v / (-0.2 * keep) - 1.0))))

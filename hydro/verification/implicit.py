@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from hydro.driver.march import Run, march
+from hydro.driver.trackers import AtTimes
 from hydro.dynamics.integrator import Integrator
 from hydro.dynamics.lagrange import LagrangeRemap
 from hydro.gas import Grossman
@@ -23,8 +25,8 @@ from hydro.steady.localized import steady_state
 from hydro.studies.orders import orders
 from hydro.terms import Friction
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
-from hydro.verification.march import ELASTIC, IDEAL, along, godunov, l1, run
 from hydro.verification.riemann_problems import PROBLEMS, calculate
+from hydro.verification.setups import ELASTIC, IDEAL, FixedSteps, along, godunov, l1
 from hydro.verification.waves import along_a_line, simple_wave
 from hydro.walls import VibratingWall
 
@@ -53,12 +55,12 @@ def start_of_fig4(cells: int) -> State:
 def evolve(integrator: Integrator, state: State, times: tuple[float, ...]) -> tuple[list[float], dict[str, float]]:
     """Largest and smallest wall densities at the times, in turn, and the energies exchanged up to the last."""
     seen: list[float] = []
-    booked = []
-    for time in times:
-        booked.append(run(integrator, state, time))
+
+    def watch(run: Run) -> None:
         low, high = wall_extremes(state.density, state.mesh)
-        seen += [high, low]
-    return seen, {name: math.fsum(amounts[name] for amounts in booked) for name in booked[0]}
+        seen.extend((high, low))
+
+    return seen, march(state, integrator, times[-1], [AtTimes(watch, times)]).ledger.amounts
 
 
 @measurement(TOPIC, "Order in time")
@@ -85,7 +87,7 @@ def wave_differences() -> list[float]:
     results = []
     for count in (160, 320, 640, 1280):
         state = State(IDEAL, mesh, exact_wave(mesh, 0.0))
-        run(implicit(mesh, tolerance=math.inf), state, end, end / count)
+        march(state, FixedSteps(implicit(mesh, tolerance=math.inf), end / count), end)
         results.append(state.density)
     return [l1(mesh, after - before) for before, after in itertools.pairwise(results)]
 
@@ -99,11 +101,11 @@ def exact_wave(mesh: Mesh, t: float) -> np.ndarray:
 def fig4_differences() -> list[float]:
     """Mean differences of n between steps and their halves, for the start of Fig. 4."""
     first = start_of_fig4(16)
-    run(driven(first.mesh), first, 0.2)
+    march(first, driven(first.mesh), 0.2)
     results = []
     for count in (50, 100, 200, 400):
         state = first.copy()
-        run(driven(state.mesh, tolerance=math.inf), state, 2.2, 2.0 / count)
+        march(state, FixedSteps(driven(state.mesh, tolerance=math.inf), 2.0 / count), 2.2)
         results.append(state.density)
     return [l1(first.mesh, after - before) for before, after in itertools.pairwise(results)]
 
@@ -120,7 +122,7 @@ def sound_and_shocks(full: bool) -> Findings:
     for cells in grids:
         mesh, end = along(0, cells, thickness=2), 0.5 * simple_wave().breaking_time
         state = State(IDEAL, mesh, exact_wave(mesh, 0.0))
-        run(implicit(mesh, tolerance=math.inf), state, end, end / (5 * cells))
+        march(state, FixedSteps(implicit(mesh, tolerance=math.inf), end / (5 * cells)), end)
         errors.append(l1(mesh, state.density - exact_wave(mesh, end)[0]))
     rows: list[Row] = [("simple wave", *map(float, errors), "")]
     claims: list[Claim] = [
@@ -236,8 +238,7 @@ def start(cells: int, aspect_ratio: float, wave: int) -> State:
 
 def settle(integrator: Integrator, state: State, end: float) -> None:
     """Run to `end`, ending a step every 250 time units: at rest steps grow, and the longest damp the least."""
-    while state.time < end:
-        run(integrator, state, min(state.time + 250.0, end))
+    march(state, integrator, end, [AtTimes(lambda run: None, every=250.0)])
 
 
 def distance(state: State, steady: State) -> float:
@@ -260,7 +261,7 @@ def exchange(full: bool) -> Findings:
     integrator = driven(mesh)
     shares = []
     for time in (50.0, 500.0):
-        run(integrator, state, time)
+        march(state, integrator, time)
         shares.append(mesh.integral((state.density - steady.state.density) * mode.density.real))
     rate = math.log(shares[1] / shares[0]) / 450.0
     error = abs(rate / mode.growth_rate.real - 1.0)

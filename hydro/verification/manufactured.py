@@ -10,6 +10,7 @@ import itertools
 import math
 from typing import Any
 
+from hydro.driver.march import march
 from hydro.dynamics.godunov import Godunov
 from hydro.dynamics.integrator import Integrator
 from hydro.dynamics.lagrange import LagrangeRemap
@@ -21,7 +22,7 @@ from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.studies.orders import orders
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, measurement
-from hydro.verification.march import l1, run
+from hydro.verification.setups import l1, stepping
 from hydro.walls import VibratingWall
 
 TOPIC = "Manufactured solution"
@@ -41,7 +42,7 @@ def mesh_of(cells: int) -> Mesh:
 def errors(integrator: Integrator, mesh: Mesh, dt: float | None = None) -> list[float]:
     """L1 errors of the four conserved fields at END."""
     state = State(GAS, mesh, SOLUTION.conserved(mesh, 0.0))
-    run(integrator, state, END, dt)
+    march(state, stepping(integrator, dt), END)
     return [l1(mesh, error) for error in state.conserved - SOLUTION.conserved(mesh, END)]
 
 

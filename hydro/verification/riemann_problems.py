@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from hydro.driver.march import march
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.exact import PrimitiveState, RiemannSolution, cell_averages, solve
@@ -23,7 +24,7 @@ from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.studies.orders import fitted_order
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
-from hydro.verification.march import IDEAL, godunov, run
+from hydro.verification.setups import IDEAL, godunov
 
 TOPIC = "Riemann problems"
 MIDDLE = 0.5
@@ -145,7 +146,7 @@ def calculate(problem: Problem, axis: int, cells: int, make: Any = godunov, **op
     )
     velocity = (u, 0.0) if axis == 0 else (0.0, u)
     state = State.of(IDEAL, mesh, n, IDEAL.temperature(n, p), velocity)
-    run(make(mesh, **options), state, problem.end)
+    march(state, make(mesh, **options), problem.end)
     fields = np.array([state.density, state.velocity[axis], state.pressure])
     faces = (mesh.x_faces, mesh.y_faces)[axis]
     return Outcome(problem, x, fields.take(0, axis=2 - axis), problem.averages(faces))

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydro.driver.march import march
 from hydro.dynamics import INTEGRATORS
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
@@ -29,7 +30,6 @@ from hydro.steady.spectrum import Linearization, Mode, even, odd
 from hydro.studies.orders import orders
 from hydro.terms import Friction
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
-from hydro.verification.march import run
 from hydro.walls import ThermalWall, VibratingWall
 
 TOPIC = "Localized steady states, growth rates and branches"
@@ -64,7 +64,7 @@ def fixed_points(full: bool) -> Findings:
     for (name, (wave, wall, stretch)), integrator in itertools.product(FIXED_POINTS.items(), INTEGRATORS):
         steady = state_of(wave, (cells, cells * max(wave, 1)), wall, stretch)
         state = steady.state
-        run(INTEGRATORS[integrator](GAS, wall, state.mesh, terms=[Friction(TAU)]), state, 100.0)
+        march(state, INTEGRATORS[integrator](GAS, wall, state.mesh, terms=[Friction(TAU)]), 100.0)
         moved = float(np.max(np.abs(state.density / steady.state.density - 1.0)))
         claims.append(at_most(TOPIC, f"{name}, {integrator}: relative change of n in 100 units", "0", moved, 1e-9))
     return Findings(tuple(claims))
@@ -160,7 +160,7 @@ def both_rates(case: GrowthCase, cells: int) -> tuple[float, float]:
     integrator = INTEGRATORS["godunov"](GAS, VIBRATING, state.mesh, terms=[Friction(TAU)])
     shares = []
     for time in (case.start, case.end):
-        run(integrator, state, time)
+        march(state, integrator, time)
         shares.append(state.mesh.integral((state.density - steady.state.density) * mode.density.real))
     return mode.growth_rate.real, math.log(shares[1] / shares[0]) / (case.end - case.start)
 

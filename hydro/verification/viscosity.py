@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from hydro.driver.march import march
 from hydro.dynamics.integrator import INTEGRATORS, Integrator
 from hydro.exact import LinearMode, Manufactured, cell_averages, linear_modes
 from hydro.gas import Grossman
@@ -22,7 +23,7 @@ from hydro.terms import Friction, Term, Viscosity
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
 from hydro.verification.conservation import GAS, TAU, W, cosine, exact_sum, uneven
 from hydro.verification.manufactured import END, SOLUTION, WALL, mesh_of
-from hydro.verification.march import ELASTIC, l1, run
+from hydro.verification.setups import ELASTIC, FixedSteps, l1, stepping
 from hydro.verification.steady import VIBRATING, state_of
 from hydro.walls import VibratingWall
 
@@ -63,7 +64,7 @@ def mode_error(name: str, mode: LinearMode, count: int) -> float:
     mesh = Mesh.rectangle((count, 4), periodic=(True, True))
     state, wanted = small_mode(mode, mesh, 0.0), small_mode(mode, mesh, 0.4)
     integrator = viscous(name, state.gas, ELASTIC, mesh, Friction(5.0), **FREE[name])
-    run(integrator, state, 0.4, 0.4 / (3 * count) if name == "lagrange-remap" else None)
+    march(state, stepping(integrator, 0.4 / (3 * count) if name == "lagrange-remap" else None), 0.4)
     pairs = zip((state.density, *state.velocity, state.temperature),
                 (wanted.density, *wanted.velocity, wanted.temperature), strict=True)  # fmt: skip
     return sum(l1(mesh, found - expected) for found, expected in pairs) / AMPLITUDE
@@ -115,12 +116,8 @@ def decay_of_sound(name: str, n: float) -> float:
     dn, du, _, dT = (1e-5 * part[:, None] for part in cell_averages(lambda x: mode.fields(x, 0.0), mesh.x_faces))
     state = State.of(SOUND, mesh, n + dn, 1.0 + dT, (du, 0.0))
     harmonic = [abs(np.exp(-1j * k * mesh.x) @ state.velocity[0][:, 0])]
-    run(
-        viscous(name, SOUND, ELASTIC, mesh, limiter="mc", **FREE[name]),
-        state,
-        1.0,
-        5e-4 if name == "lagrange-remap" else None,
-    )
+    integrator = viscous(name, SOUND, ELASTIC, mesh, limiter="mc", **FREE[name])
+    march(state, stepping(integrator, 5e-4 if name == "lagrange-remap" else None), 1.0)
     harmonic.append(abs(np.exp(-1j * k * mesh.x) @ state.velocity[0][:, 0]))
     return math.log(harmonic[0] / harmonic[1])
 
@@ -146,7 +143,7 @@ def made_up_errors(name: str, cells: int) -> list[float]:
     solution = Manufactured(SOLUTION.gas, SOLUTION.tau, SOLUTION.strength, SOLUTION.aspect_ratio, viscosity=1.0)
     state = State(solution.gas, mesh, solution.conserved(mesh, 0.0))
     integrator = viscous(name, state.gas, WALL, mesh, *solution.terms, **FREE[name])
-    run(integrator, state, END, END / (2 * cells) if name == "lagrange-remap" else None)
+    march(state, stepping(integrator, END / (2 * cells) if name == "lagrange-remap" else None), END)
     return [l1(mesh, error) for error in state.conserved - solution.conserved(mesh, END)]
 
 
@@ -186,7 +183,7 @@ def rate_of(name: str, wave: int, sector: str, start: float, cells: int, viscosi
     )
     shares = []
     for time in (start, 100.0):
-        run(integrator, state, time, 0.1 if name == "lagrange-remap" else None)
+        march(state, stepping(integrator, 0.1 if name == "lagrange-remap" else None), time)
         shares.append(state.mesh.integral((state.density - steady.state.density) * mode.density.real))
     return math.log(shares[1] / shares[0]) / (100.0 - start)
 
@@ -214,7 +211,7 @@ def missing_energy(name: str) -> float:
     mesh = Mesh.rectangle((32, 64), 2.0)
     state = cosine(mesh)
     before = exact_sum(mesh, state.conserved[3])
-    given = run(viscous(name, GAS, VibratingWall(GAS.K * W), mesh, Friction(TAU)), state, 20.0)
+    given = march(state, viscous(name, GAS, VibratingWall(GAS.K * W), mesh, Friction(TAU)), 20.0).ledger.amounts
     change = exact_sum(mesh, state.conserved[3]) - before
     missing = math.fsum([change, -given["wall"], given["collisions"], given["friction"]])
     return abs(missing) / max(map(abs, (before, change, *given.values())))
@@ -226,7 +223,8 @@ def mirror_difference(name: str) -> float:
     runs = [uneven(mesh), uneven(mesh)]
     runs[1].conserved = np.ascontiguousarray(sign * runs[1].conserved[:, :, ::-1])
     for state in runs:
-        run(viscous(name, GAS, VibratingWall(GAS.K * W), mesh, Friction(TAU), **FREE[name]), state, 0.25, 5e-3)
+        integrator = viscous(name, GAS, VibratingWall(GAS.K * W), mesh, Friction(TAU), **FREE[name])
+        march(state, FixedSteps(integrator, 5e-3), 0.25)
     return float(np.max(np.abs(runs[0].conserved - sign * runs[1].conserved[:, :, ::-1])))
 
 
@@ -234,5 +232,5 @@ def restlessness(name: str) -> float:
     """Largest relative change of the density of a steady state in 100 units of time."""
     state = state_of(1, (16, 16)).state.copy()
     before = state.density.copy()
-    run(viscous(name, state.gas, VIBRATING, state.mesh, Friction(TAU)), state, 100.0)
+    march(state, viscous(name, state.gas, VIBRATING, state.mesh, Friction(TAU)), 100.0)
     return float(np.max(np.abs(state.density / before - 1.0)))

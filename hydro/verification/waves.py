@@ -14,6 +14,8 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from hydro.driver.march import Run, advance, march
+from hydro.driver.trackers import EachStep
 from hydro.dynamics.limiters import LIMITERS
 from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.exact import DensityWave, SimpleWave, cell_averages, isobaric_profile
@@ -21,7 +23,7 @@ from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.studies.orders import orders
 from hydro.verification.claims import Claim, Findings, Row, Table, at_least, at_most, measurement
-from hydro.verification.march import IDEAL, along, godunov, l1, laid, run
+from hydro.verification.setups import IDEAL, along, godunov, l1, laid
 
 TOPIC = "Waves"
 ORDER = 1.9
@@ -35,7 +37,7 @@ def wave_errors(exact: Exact, meshes: Iterable[Mesh], end: float, **options: str
     errors = []
     for mesh in meshes:
         state = State(IDEAL, mesh, exact(mesh, 0.0))
-        run(godunov(mesh, **options), state, end)
+        march(state, godunov(mesh, **options), end)
         errors.append(l1(mesh, state.density - exact(mesh, end)[0]))
     return errors
 
@@ -163,9 +165,10 @@ def noise_growth(cells: tuple[int, int], **options: str) -> float:
     state = State.of(IDEAL, mesh, 0.3, ripple)
     integrator = godunov(mesh, **options)
     speeds = []
+    run = Run(state, integrator, math.inf)
     for steps in (20, 980):
         for _ in range(steps):
-            integrator.step(state, integrator.largest_step(state))
+            advance(run, math.inf)
         speeds.append(float(np.sqrt(np.mean(state.speed**2))))
     return speeds[1] / speeds[0]
 
@@ -191,7 +194,7 @@ def energy_kept(mach: float, **options: str) -> float:
     p = IDEAL.pressure(n, 1.0) + 0.25 * n * speed**2 * (np.cos(2 * k * x) + np.cos(2 * k * y))
     state = State.of(IDEAL, mesh, n, IDEAL.temperature(n, p), (u, v))
     start = mesh.integral(state.kinetic_energy)
-    run(godunov(mesh, **options), state, 0.3 / speed)
+    march(state, godunov(mesh, **options), 0.3 / speed)
     return mesh.integral(state.kinetic_energy) / start
 
 
@@ -210,12 +213,8 @@ def pressure_noise(cells: int, width: int, mach: float, distance: float, **optio
     speed = mach * float(IDEAL.sound_speed_at_pressure(n, 1.0).min())
     state = State.of(IDEAL, mesh, laid(1, n), IDEAL.temperature(laid(1, n), 1.0), (0.0, speed))
     largest = [0.0]
-    run(
-        godunov(mesh, **options),
-        state,
-        distance / cells / speed,
-        watch=lambda state: largest.append(float(np.max(np.abs(state.pressure - 1.0)))),
-    )
+    watch = EachStep(lambda run: largest.append(float(np.max(np.abs(state.pressure - 1.0)))))
+    march(state, godunov(mesh, **options), distance / cells / speed, [watch])
     return max(largest)
 
 

@@ -123,8 +123,7 @@ def flowing(name: str, end: float) -> dict[str, Any]:
         if run.state.time % FRAMES == 0.0:
             series["pictures"].append(np.round(n, 5).tolist())
 
-    run = Run(state, integrator_of(deck, state), end)
-    march(run, [AtTimes(watch, (), 1.0)])
+    march(state, integrator_of(deck, state), end, [AtTimes(watch, (), 1.0)])
     return series
 
 

@@ -1,16 +1,15 @@
-"""Advancing a state to a time, for measurements: no output, no controller."""
+"""What measurements have in common: integrators, meshes, steps of one size, norms."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from hydro.driver.march import march
 from hydro.dynamics.godunov import Godunov
 from hydro.dynamics.integrator import Integrator
-from hydro.errors import StepRejected
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
 from hydro.state import State
@@ -18,8 +17,7 @@ from hydro.walls import WALLS
 
 IDEAL = Grossman(L=0.0, K=0.0)  # no conduction, no cooling
 ELASTIC = WALLS["elastic"]()
-ROUNDING = 1e-13
-HALVINGS = 10
+ROUNDING = 1e-12  # relative, of sums of steps
 
 
 def godunov(mesh: Mesh, gas: Any = IDEAL, wall: Any = ELASTIC, **options: Any) -> Godunov:
@@ -27,34 +25,31 @@ def godunov(mesh: Mesh, gas: Any = IDEAL, wall: Any = ELASTIC, **options: Any) -
     return Godunov(gas, wall, mesh, **options)
 
 
-def run(
-    integrator: Integrator,
-    state: State,
-    end: float,
-    dt: float | None = None,
-    watch: Callable[[State], None] | None = None,
-) -> dict[str, float]:
-    """Advance `state` in place to the time `end`, with steps `dt` or the largest allowed, the last one shortened.
+class FixedSteps(Integrator):
+    """An integrator that takes steps of `dt`, whatever it would choose."""
 
-    `watch`, if given, sees the state after every step. Returns the energies exchanged, summed without rounding.
-    """
-    booked = []
-    while end - state.time > ROUNDING * abs(end):
-        largest = integrator.largest_step(state) if dt is None else dt
-        booked.append(accepted(integrator, state, min(largest, end - state.time)))
-        if watch is not None:
-            watch(state)
-    return {name: math.fsum(amounts[name] for amounts in booked) for name in booked[0]} if booked else {}
+    step_limits = ("fixed",)
+
+    def __init__(self, integrator: Integrator, dt: float):
+        self.integrator, self.accounts = integrator, integrator.accounts
+        self.dt = dt * (1.0 + ROUNDING)  # so that the last step is no longer than the others, nor a sliver
+
+    def limits(self, state: State) -> dict[str, float]:
+        return {"fixed": self.dt}
+
+    def step(self, state: State, dt: float) -> dict[str, float]:
+        return self.integrator.step(state, dt)
+
+    def memory(self) -> dict[str, np.ndarray]:
+        return self.integrator.memory()
+
+    def remember(self, memory: dict[str, np.ndarray]) -> None:
+        self.integrator.remember(memory)
 
 
-def accepted(integrator: Integrator, state: State, dt: float) -> dict[str, float]:
-    """One step; a rejected one is tried again with half of it, down to a thousandth."""
-    for _ in range(HALVINGS):
-        try:
-            return integrator.step(state, dt)
-        except StepRejected:
-            dt *= 0.5
-    return integrator.step(state, dt)
+def stepping(integrator: Integrator, dt: float | None) -> Integrator:
+    """The integrator with steps of `dt`; as it is without."""
+    return integrator if dt is None else FixedSteps(integrator, dt)
 
 
 def settle(
@@ -67,7 +62,7 @@ def settle(
     change = math.inf
     while change > tolerance and state.time < latest:
         before = state.density.copy()
-        run(integrator, state, state.time + interval, dt)
+        march(state, stepping(integrator, dt), state.time + interval)
         change = float(np.max(np.abs(state.density / before - 1.0)))
     return change
 
