@@ -31,11 +31,11 @@ from hydro.dynamics.lagrange import integrator as lagrange
 from hydro.dynamics.lagrange.integrator import SOLVED
 from hydro.dynamics.multigrid import stencil
 from hydro.dynamics.multigrid.level import Level
-from hydro.initial import cosine_averages, initial_state
-from hydro.kinds.evolution import integrator_of
+from hydro.initial import initial_state
+from hydro.initial.cosine import cosine_averages
 from hydro.markdown import table
 from hydro.mesh import Mesh
-from hydro.setup import gas_of, wall_of
+from hydro.setup import gas_of, integrator_of, wall_of
 from hydro.state import State
 from hydro.steady.localized import steady_state
 from hydro.terms.viscosity.implicit import SHARE

@@ -78,7 +78,7 @@ def run(words: list[str]) -> int:
     deck = load(options.deck, options.overrides)
     folder = RunFolder(options.output or Path("output") / options.deck.stem)
 
-    from hydro.kinds.table import KINDS
+    from hydro.choices import KINDS
 
     kind = KINDS[deck.kind]
     if options.scheduler and deck.kind != "sweep":
@@ -97,8 +97,8 @@ def restart(words: list[str]) -> int:
     parser.add_argument("--quiet", action="store_true", help="no progress, no closing lines")
     options = parser.parse_intermixed_args(words)
 
+    from hydro.choices import KINDS
     from hydro.driver.restart import deck_of
-    from hydro.kinds.table import KINDS
     from hydro.output.folder import RunFolder
 
     folder = RunFolder(options.folder)
@@ -156,7 +156,7 @@ def check(words: list[str]) -> int:
 
     deck = load(options.deck, options.overrides)
 
-    from hydro.kinds.table import KINDS
+    from hydro.choices import KINDS
 
     print(dumps(deck))
     print("\n".join(f"# {line}" for line in KINDS[deck.kind].describe(deck)))

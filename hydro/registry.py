@@ -1,10 +1,13 @@
-"""Named choices: what a deck may say, in one table per kind of thing."""
+"""Named choices: a table for each, whose things are loaded when they are first used."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterable, Iterator
-from typing import Generic, TypeVar
+from collections.abc import Iterable, Iterator, Mapping
+from importlib import import_module
+from typing import Any, NamedTuple, TypeVar
+
+from hydro.own import is_own, own_part
 
 T = TypeVar("T")
 
@@ -29,36 +32,46 @@ def nearest(name: str, allowed: Iterable[str]) -> str | None:
     return lowered[close[0]] if close else None
 
 
-class Registry(Generic[T]):
-    """A table from the names used in decks to the things they stand for.
+class Entry(NamedTuple):
+    """Where a thing is found that decks name, and the section with its keys, where that stands apart from it."""
 
-    >>> colours = Registry("colour")
-    >>> @colours.register("red")
-    ... def red(): ...
-    >>> colours["red"] is red
-    True
+    home: str  # "module:object"
+    section: str  # "module:object"
+
+
+class Registry(Mapping[str, T]):
+    """A table from the names used in decks to the things they stand for, each given as "module:object".
+
+    `asks` is the protocol, or base class, of what a deck may name of a user's own, as `file.py:Class`; without it
+    there are only the names of the table. Methods of a `compiled` thing are called by kernels.
+
+    >>> limits = Registry("limit", {"square root": "math:sqrt"})
+    >>> limits["square root"](4.0)
+    2.0
     """
 
-    def __init__(self, kind: str):
-        self.kind = kind
-        self._entries: dict[str, T] = {}
-
-    def register(self, name: str) -> Callable[[T], T]:
-        """Decorator that enters the decorated thing under `name`; ValueError when the name is taken."""
-
-        def enter(entry: T) -> T:
-            self.add(name, entry)
-            return entry
-
-        return enter
-
-    def add(self, name: str, entry: T) -> None:
-        """Enter `entry` under `name`; ValueError when the name is taken."""
-        if name in self._entries:
-            raise ValueError(f"{self.kind} {name!r} is registered twice")
-        self._entries[name] = entry
+    def __init__(self, kind: str, entries: Mapping[str, str | Entry], asks: str = "", compiled: bool = False):
+        self.kind, self.asks, self.compiled = kind, asks, compiled
+        self._entries = dict(entries)
 
     def __getitem__(self, name: str) -> T:
+        if self.admits(name):
+            return own_part(name, loaded(self.asks), self.compiled)
+        entry = self._entry(name)
+        return loaded(entry.home if isinstance(entry, Entry) else entry)
+
+    def section(self, name: str) -> Any:
+        """The section with the keys of a thing; the thing itself where none stands beside it."""
+        entry = None if self.admits(name) else self._entry(name)
+        return loaded(entry.section) if isinstance(entry, Entry) else self[name]
+
+    def admits(self, name: str) -> bool:
+        """Whether a name stands for a part of a user's own, which decks may use here."""
+        return bool(self.asks) and is_own(name)
+
+    __eq__, __hash__ = object.__eq__, object.__hash__  # by what it is, not by what it holds
+
+    def _entry(self, name: str) -> str | Entry:
         try:
             return self._entries[name]
         except KeyError:
@@ -70,5 +83,11 @@ class Registry(Generic[T]):
     def __iter__(self) -> Iterator[str]:
         return iter(self._entries)
 
-    def items(self) -> Iterable[tuple[str, T]]:
-        return self._entries.items()
+    def __len__(self) -> int:
+        return len(self._entries)
+
+
+def loaded(home: str) -> Any:
+    """What "module:object" stands for."""
+    module, _, name = home.partition(":")
+    return getattr(import_module(module), name)

@@ -1,20 +1,21 @@
-"""From a deck to the things it names: gas, mesh, wall, terms."""
+"""From a deck to the things it names: gas, mesh, wall, terms, integrator."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from hydro.gas import CLOSURES, Closure
+from hydro.choices import INTEGRATORS
+from hydro.gas import Closure
 from hydro.mesh import Mesh
-from hydro.terms import TERMS, Term
-from hydro.walls import WALLS
+from hydro.state import State
 
 
-def gas_of(deck: Any) -> Closure:
-    """The closure named by the deck, with its constants. A branch in L gets its L later."""
-    L = math.nan if deck.gas.L is None else deck.gas.L
-    return CLOSURES[deck.gas.closure](L=L, K=deck.gas.K, alpha=deck.gas.alpha)
+def gas_of(deck: Any, **given: float) -> Closure:
+    """The closure named by the deck, with its constants, or with others that are given.
+
+    A branch in L gets its L later.
+    """
+    return deck.gas.law(**given)
 
 
 def mesh_of(deck: Any) -> Mesh:
@@ -23,17 +24,16 @@ def mesh_of(deck: Any) -> Mesh:
     return Mesh.rectangle(deck.mesh.cells, deck.box.aspect_ratio, deck.mesh.stretch, ("x" in along, "y" in along))
 
 
-def wall_of(deck: Any):
-    """The law of the driving wall; its parameters are the keys of the section beside `kind`, with K W instead of W."""
-    given = deck.wall.model_dump(exclude={"kind"})
-    if "W" in given:
-        given["strength"] = deck.gas.K * given.pop("W")
-    return WALLS[deck.wall.kind](**given)
+def wall_of(deck: Any) -> Any:
+    """The law of the driving wall. Decks give the strength of one that vibrates over K."""
+    return deck.wall.law(K=deck.gas.K)
 
 
-def terms_of(deck: Any) -> list[Term]:
-    """The terms beside flow and heat that the deck names."""
-    return [term.of(deck) for term in TERMS]
+def terms_of(deck: Any) -> list[Any]:
+    """The terms beside flow and heat: those that the deck names, and those of its initial state."""
+    from hydro.terms import TERMS  # they wait for the compiler
+
+    return [*(term.of(deck) for term in TERMS), *deck.initial.terms(deck)]
 
 
 def grain_diameter(deck: Any) -> float:
@@ -44,3 +44,9 @@ def grain_diameter(deck: Any) -> float:
 def viscosity_of(deck: Any) -> float:
     """Viscosity over that of the closure; zero for decks that know none."""
     return getattr(deck.gas, "viscosity", 0.0)
+
+
+def integrator_of(deck: Any, state: State) -> Any:
+    """The deck's integrator, ready for `state`."""
+    kind = INTEGRATORS[deck.time.integrator]
+    return kind(state.gas, wall_of(deck), state.mesh, terms_of(deck), **kind.options(deck))

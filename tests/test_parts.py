@@ -11,58 +11,25 @@ import numba
 import numpy as np
 import pytest
 
-from hydro import deck
 from hydro.check.scales import largest_step
-from hydro.deck import evolution, initial, parse, sections, steady
+from hydro.choices import INTEGRATORS
+from hydro.deck import parse
 from hydro.driver.march import Run, advance, march
 from hydro.driver.trackers import EachStep
-from hydro.dynamics import INTEGRATORS, Godunov, LagrangeRemap, StepRejected, multigrid
-from hydro.dynamics.limiters import LIMITERS
-from hydro.dynamics.riemann import RIEMANN_SOLVERS
-from hydro.gas import CLOSURES, Grossman
-from hydro.initial import INITIAL_STATES, PATTERNS, cosine_averages, initial_state, regrid
+from hydro.dynamics import Godunov, LagrangeRemap, StepRejected, multigrid
+from hydro.gas import Grossman
+from hydro.initial import initial_state
+from hydro.initial.cosine import cosine_averages
+from hydro.initial.regrid import regrid
 from hydro.jit import kernel
-from hydro.kinds.evolution import integrator_of
-from hydro.kinds.table import KINDS
 from hydro.mesh import Mesh
 from hydro.numerics.reduce import store_largest
 from hydro.observables.clustering import gas_density, wall_extremes
-from hydro.registry import Registry, UnknownName
+from hydro.setup import integrator_of
 from hydro.state import State
-from hydro.steady.balance import Balance
-from hydro.steady.localized import SEARCHES, steady_state
-from hydro.steady.marginal import WALL_CONDITIONS
+from hydro.steady.localized import steady_state
 from hydro.terms import Friction, Viscosity
-from hydro.walls import WALLS, ThermalWall, VibratingWall
-
-
-@pytest.mark.parametrize(
-    ("in_decks", "registry"),
-    [
-        (sections.CLOSURES, CLOSURES),
-        (evolution.LIMITERS, LIMITERS),
-        (evolution.RIEMANN_SOLVERS, RIEMANN_SOLVERS),
-        (evolution.INTEGRATORS, INTEGRATORS),
-        (sections.WALLS, WALLS),
-        (initial.INITIALS, INITIAL_STATES),
-        (initial.PATTERNS, PATTERNS),
-        (deck.KINDS, KINDS),
-        (sections.DRIVING_WALLS, WALL_CONDITIONS),
-        (steady.SEARCHES, SEARCHES),
-        (steady.PARAMETERS, Balance.of(Grossman(1.0, 1.0), None, Mesh.rectangle((2, 2)), 0.1).parameters()),
-    ],
-)
-def test_decks_name_exactly_what_is_registered(in_decks, registry):
-    assert sorted(in_decks) == sorted(registry)
-
-
-def test_an_unknown_name_is_told_the_nearest():
-    registry = Registry("colour")
-    registry.add("green", 1)
-    with pytest.raises(UnknownName, match=r"known: green; did you mean 'green'"):
-        registry["gren"]
-    with pytest.raises(ValueError, match="twice"):
-        registry.add("green", 2)
+from hydro.walls import ThermalWall, VibratingWall
 
 
 @kernel

@@ -21,9 +21,9 @@ from conftest import PROBLEMS
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+from hydro.choices import KINDS
 from hydro.cli import main
-from hydro.deck import KINDS
-from hydro.deck.fields import LARGEST, Among, OneOf, Section, item_of, kinds_of, list_or, section_of
+from hydro.schema import LARGEST, Chosen, Named, Section, choice_of, item_of, list_or, section_of
 
 AT_RANDOM = settings(
     max_examples=2000,
@@ -66,9 +66,9 @@ def sections(model: type[Section]) -> st.SearchStrategy[dict[str, Any]]:
 def of(annotation: Any, metadata: Any, key: str) -> st.SearchStrategy[Any]:
     """Values of a type, within the bounds that its metadata set, for `key`."""
     for marker in metadata:
-        if isinstance(marker, OneOf):
-            return st.one_of(*(sections(model) for model in marker.table.values()))
-        if isinstance(marker, Among):
+        if isinstance(marker, Chosen):
+            return st.one_of(*(sections(model) for model in marker.models.values()))
+        if isinstance(marker, Named):
             return st.sampled_from(marker.names)
     origin, parts = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
@@ -127,19 +127,17 @@ def places(model: type[Section], above: tuple[str, ...] = ()) -> Iterator[tuple[
     """The way to every key of `model` and of its sections, with values for it."""
     for key, field in model.model_fields.items():
         yield (*above, key), of(field.annotation, field.metadata, key)
-        inside = [
-            section_of(model, key),
-            item_of(model, key),
-            list_or(model, key),
-            *(kinds_of(model, key) or {}).values(),
-        ]
+        choice = choice_of(model, key)
+        chosen = () if choice is None else choice.models.values()
+        inside = [section_of(model, key), item_of(model, key), list_or(model, key), *chosen]
         for inner in inside:
             yield from places(inner, (*above, key)) if inner else ()
 
 
 STUDIES = ("convergence", "sweep")  # hardly ever right by chance, so drawn less often
+MODELS: dict[str, Any] = {kind: KINDS.section(kind) for kind in KINDS}
 DRAWN = [kind for kind in sorted(KINDS) for _ in range(1 if kind in STUDIES else 3)]
-PLACES = {kind: dict(places(model)) for kind, model in KINDS.items()}
+PLACES = {kind: dict(places(model)) for kind, model in MODELS.items()}
 ANYWHERE = st.sampled_from(sorted({place for known in PLACES.values() for place in known}))
 NONSENSE = st.lists(st.text(min_size=1, max_size=5), min_size=1, max_size=3).map(tuple)
 WHERE = {kind: st.one_of(st.sampled_from(sorted(known)), ANYWHERE, NONSENSE) for kind, known in PLACES.items()}
@@ -149,7 +147,7 @@ WHERE = {kind: st.one_of(st.sampled_from(sorted(known)), ANYWHERE, NONSENSE) for
 def decks(draw) -> dict[str, Any]:
     """A deck of any kind; some have values or keys put in, or taken out, without regard to what is allowed."""
     kind = draw(st.sampled_from(DRAWN))
-    deck = draw(sections(KINDS[kind]))
+    deck = draw(sections(MODELS[kind]))
     for _ in range(draw(st.sampled_from((0, 0, 0, 1, 2)))):
         *above, last = draw(WHERE[kind])
         section: Any = deck
@@ -176,7 +174,7 @@ def toml(value: Any) -> str:
     return value.isoformat() if isinstance(value, date) else json.dumps(value).replace("Infinity", "inf").lower()
 
 
-TOP = {key for model in KINDS.values() for key in model.model_fields}
+TOP = {key for model in MODELS.values() for key in model.model_fields}
 
 
 def escaped(text: str) -> str:

@@ -16,23 +16,18 @@ import pytest
 from conftest import summary_of
 
 import hydro
+from hydro.choices import INITIAL_STATES
 from hydro.cli import main
-from hydro.deck import KINDS, changed, dumps, load, parse
-from hydro.deck.campaigns import EXACT
-from hydro.deck.campaigns import PROBLEMS as PROBLEM_KINDS
-from hydro.deck.initial import LINEAR_MODES
+from hydro.deck import changed, dumps, load, parse
 from hydro.deck.sections import Range
 from hydro.errors import DeckError, NotInstalled
-from hydro.exact import linear_modes
-from hydro.exact.evolution import EVOLUTIONS, exact_evolution
 from hydro.gas import Grossman
-from hydro.initial import initial_state, refilled
-from hydro.kinds.evolution import integrator_of
-from hydro.kinds.table import KINDS as ROOMS
+from hydro.initial import initial_state
+from hydro.initial.checkpoint import refilled
 from hydro.mesh import Mesh
 from hydro.observables.clustering import half_waves
 from hydro.output.checkpoint import Checkpoint, read_checkpoint
-from hydro.setup import mesh_of
+from hydro.setup import integrator_of, mesh_of
 from hydro.state import State
 from hydro.studies.cluster import work
 from hydro.studies.orders import order_of_values, orders, richardson
@@ -173,6 +168,9 @@ def test_one_complaint(text, override, key, problem):
     assert key in found and problem in found[key]
 
 
+EXACT = [kind for kind in INITIAL_STATES if INITIAL_STATES[kind].exact_if is not None]
+
+
 @pytest.mark.parametrize("kind", EXACT)
 def test_what_an_exact_evolution_needs_is_asked_for(kind):
     """Each rule, broken alone, is named; with all of them kept the deck is valid."""
@@ -184,7 +182,7 @@ def test_what_an_exact_evolution_needs_is_asked_for(kind):
         "wall.kind": ("wall.kind=elastic", "wall.kind=thermal"),
         "initial.velocity": ("initial.velocity=[0, 0]", "initial.velocity=[1, 0]"),
     }
-    needed = {rule.key: words[rule.key] for rule in EXACT[kind]}
+    needed = {rule.key: words[rule.key] for rule in INITIAL_STATES[kind].exact_if}
     if kind == "manufactured":
         needed["box.periodic"] = needed["box.periodic"][::-1]
     common = [f"base.initial={{kind='{kind}'}}", "convergence.reference=exact", "base.wall.kind=elastic"]
@@ -215,13 +213,6 @@ def test_check_says_what_will_be_run(tmp_path, capsys):
         assert all(line in printed for line in lines)
 
 
-def test_names_in_decks_are_those_of_the_rooms():
-    assert set(EXACT) == set(EVOLUTIONS) and set(LINEAR_MODES) == set(
-        linear_modes(Grossman(L=0.0, K=1.0), 0.3, 1.0, 1.0, 1.0)
-    )
-    assert set(PROBLEM_KINDS) <= set(KINDS) == set(ROOMS)
-
-
 # Exact evolutions as initial states, sources, refilling
 
 
@@ -230,11 +221,11 @@ def evolution(*overrides: str):
     return parse(dumps(parse(CONVERGENCE).base), overrides)
 
 
-@pytest.mark.parametrize("kind", [*EVOLUTIONS])
+@pytest.mark.parametrize("kind", EXACT)
 def test_an_exact_evolution_starts_from_its_initial_state(kind):
     deck = evolution(f"initial={{kind='{kind}'}}", "wall.kind=elastic", "box.periodic=['y']")
     start = initial_state(deck)
-    np.testing.assert_array_equal(start.conserved, exact_evolution(deck)(mesh_of(deck), 0.0))
+    np.testing.assert_array_equal(start.conserved, deck.initial.evolution(deck)(mesh_of(deck), 0.0))
     if kind != "manufactured":
         assert start.mass == pytest.approx(deck.gas.f * deck.box.aspect_ratio, rel=1e-12)
 

@@ -9,7 +9,7 @@ from hydro.deck import EvolutionDeck, load
 from hydro.driver.march import Run, march
 from hydro.driver.trackers import AtTimes
 from hydro.initial import initial_state
-from hydro.kinds.evolution import integrator_of
+from hydro.setup import integrator_of
 
 
 def evolve(path: Path, overrides: Iterable[str], watch: Callable[[Run], None], every: float | None = None) -> Run:

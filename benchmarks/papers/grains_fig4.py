@@ -29,7 +29,6 @@ from hydro.errors import RunFailed
 from hydro.gas import Grossman
 from hydro.grains.integrator import dynamics_again
 from hydro.initial import initial_state
-from hydro.kinds.evolution import integrator_of
 from hydro.kinds.grains import measured
 from hydro.markdown import table
 from hydro.mesh import Mesh
@@ -40,7 +39,7 @@ from hydro.output.checkpoint import averaged, read_checkpoint
 from hydro.pictures.density import Map, density_panels
 from hydro.pictures.grains import by_cluster, disks_at
 from hydro.pictures.style import publish, save
-from hydro.setup import gas_of, mesh_of
+from hydro.setup import gas_of, integrator_of, mesh_of
 from hydro.state import State
 from hydro.steady.localized import steady_state
 from hydro.walls import VibratingWall

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydro.choices import WALL_CONDITIONS
 from hydro.deck.experiment import Scaled
 from hydro.deck.sections import GAMMA
 from hydro.errors import RunFailed
@@ -258,10 +259,8 @@ ASSUMPTIONS = (
 def stripe_of(deck: Any, place: Place) -> Stripe:
     """The extended state of a deck's gas at a place."""
     grains = Grains.of(deck)
-    gas = gas_of(deck)
-    if place.L != deck.gas.L:  # on a branch in L
-        gas = gas.with_parameter("L", place.L)
-    driven = gas.conducts() and grains.driving
+    gas = gas_of(deck, L=place.L)
+    driven = gas.conducts() and deck.wall.kind in WALL_CONDITIONS and grains.driving
     return Stripe(place, grains, extended_or_none(gas, place.f) if driven else None)
 
 

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from hydro.check.regime import FLUID, Grains, Place, regime, stripe_of
+from hydro.choices import INTEGRATORS
 from hydro.deck import EvolutionDeck
 from hydro.initial import initial_state
 from hydro.state import State
 
-# Guesses for run times, good to a factor of two or three on one core of a current processor.
-SECONDS_PER_CELL_STEP = {"godunov": 8e-8, "lagrange-remap": 5e-7}
-BYTES_PER_CELL = {"godunov": 176, "lagrange-remap": 590}
 VISCOUS_BYTES = 208  # more, where the gas has viscosity
-IMPLICIT_STEPS = 18.0  # over the root of the tolerance, in runs like that of Fig. 4
 
 DENSE = 0.76  # largest density of the localized states of Figs. 3 and 4
 FAST = 0.3  # Mach number above which flow is more than a correction
@@ -89,9 +85,9 @@ def _time_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
 
 def _mesh_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     mesh = state.mesh
-    steps, meaning = STEPS[deck.time.integrator](deck, state)
-    cells, integrator = mesh.areas.size, deck.time.integrator
-    bytes_per_cell = BYTES_PER_CELL[integrator] + (VISCOUS_BYTES if deck.gas.viscosity > 0.0 else 0)
+    integrator, cells = INTEGRATORS[deck.time.integrator], mesh.areas.size
+    steps, meaning = integrator.expected_steps(deck, steps_by_sound(deck, state))
+    bytes_per_cell = integrator.bytes_per_cell + (VISCOUS_BYTES if deck.gas.viscosity > 0.0 else 0)
     return [
         Scale("narrowest cell in x", float(mesh.dx.min()), "at x = 0"),
         Scale("cell in y", float(mesh.dy.max()), ""),
@@ -99,26 +95,14 @@ def _mesh_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
         Scale("explicit time step", largest_step(deck, state), "at the start, by sound"),
         Scale("steps", steps, meaning),
         Scale("memory", cells * bytes_per_cell / 2**20, "MiB for state and work space"),
-        Scale("run time", steps * cells * SECONDS_PER_CELL_STEP[integrator], "seconds, a guess for one core"),
+        Scale("run time", steps * cells * integrator.seconds_per_cell_step, "seconds, a guess for one core"),
     ]
 
 
-def explicit_steps(deck: EvolutionDeck, state: State) -> tuple[float, str]:
+def steps_by_sound(deck: EvolutionDeck, state: State) -> float:
     """How many steps sound asks for."""
     hotter = max(1.0, driven_temperature(deck, state) / float(state.temperature.max()))
-    steps = deck.time.end / largest_step(deck, state) * math.sqrt(hotter)
-    return steps, "about, with the sound speed of the start or of the driving wall"
-
-
-def implicit_steps(deck: EvolutionDeck, state: State) -> tuple[float, str]:
-    """How many steps the tolerance asks for."""
-    return IMPLICIT_STEPS / math.sqrt(deck.time.tolerance), "as in Fig. 4 at this tolerance"
-
-
-STEPS: dict[str, Callable[[EvolutionDeck, State], tuple[float, str]]] = {
-    "godunov": explicit_steps,
-    "lagrange-remap": implicit_steps,
-}
+    return deck.time.end / largest_step(deck, state) * math.sqrt(hotter)
 
 
 def warnings(deck: EvolutionDeck, state: State) -> list[str]:

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from hydro.choices import OBSERVABLES
 from hydro.compare.exponential import NoStretch, exponential_stretch
 from hydro.compare.subject import Subject, steady_state_for
 from hydro.mesh import Mesh
-from hydro.observables import OBSERVABLES, observables_of
+from hydro.observables import observables_of
 from hydro.observables.sets import values
 from hydro.output.folder import write_json
 from hydro.state import State

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from hydro.choices import OBSERVABLES
 from hydro.deck import EvolutionDeck, GrainsDeck
 from hydro.errors import DeckError
 from hydro.mesh import Mesh
-from hydro.observables import OBSERVABLES, Observables, observables_of
+from hydro.observables import Observables, observables_of
 from hydro.observables.sets import error_of
 from hydro.output.checkpoint import averaged, read_or_skip, readable_times
 from hydro.output.folder import RunFolder, write_json

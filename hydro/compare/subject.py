@@ -121,11 +121,9 @@ def refuse_other(subject: Subject, balance: Balance, deck: SteadyDeck) -> None:
     They know nothing of K, tau, W or the temperature of a thermal wall: those are the run's.
     """
     run = subject.deck
-    mine, other = gas_of(run).reduced().gas, gas_of(deck).reduced().gas
-    constants = {f"gas.{name}": (value, getattr(other, name, value)) for name, value in mine._asdict().items()}
+    here, there = (gas_of(each, K=1.0)._asdict() for each in (run, deck))
     pairs = {
-        "gas.L": (run.gas.L, deck.gas.L),
-        **{key: pair for key, pair in constants.items() if type(mine) is type(other)},
+        **{f"gas.{name}": (here[name], there[name]) for name in here if name in there},
         "gas.closure": (run.gas.closure, deck.gas.closure),
         "gas.f": (balance.area_fraction, deck.gas.f),
         "box.aspect_ratio": (run.box.aspect_ratio, deck.box.aspect_ratio),

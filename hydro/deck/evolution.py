@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
-from hydro.deck.fields import (
-    Among,
+from hydro.choices import CLOSURES, INITIAL_STATES, INTEGRATORS, LIMITERS, RIEMANN_SOLVERS, SCALES, WALLS
+from hydro.deck.sections import Box, ExperimentDeck, Gas, Mesh
+from hydro.schema import (
+    Chosen,
     Flag,
     Increasing,
+    Named,
     NonNegative,
     Number,
-    OneOf,
     Positive,
     Section,
+    TaggedLaw,
     Text,
     broken_rule,
 )
-from hydro.deck.initial import INITIALS, Initial
-from hydro.deck.sections import WALLS, Box, Elastic, ExperimentDeck, Gas, Mesh, Vibrating, Wall
 
-# Names that decks use; the registries of the same things elsewhere hold exactly these.
-INTEGRATORS = ("godunov", "lagrange-remap")
-LIMITERS = ("minmod", "van_leer", "mc")
-RIEMANN_SOLVERS = ("hllc", "hllc_lm")
-COLOURS = ("gray", "viridis", "cividis", "magma", "inferno")
-SCALES = ("linear", "log")
-LIMITS = ("frame", "run")
+Colours = Literal["gray", "viridis", "cividis", "magma", "inferno"]
+Limits = Literal["frame", "run"]
 
 SHORTEST_CADENCE = 1e-6  # of the run: more often than that would fill the disk
 
@@ -48,7 +44,7 @@ class Timeline(Section):
 class Time(Timeline):
     """How far and how to step in time."""
 
-    integrator: Annotated[Text, Among(INTEGRATORS)] = Field(
+    integrator: Annotated[Text, Named(INTEGRATORS)] = Field(
         default="godunov",
         description="time integrator: godunov (explicit: sound and shocks) or lagrange-remap (implicit: slow flow)",
     )
@@ -72,8 +68,8 @@ class Time(Timeline):
 class Scheme(Section):
     """Reconstruction and fluxes of the flow solver."""
 
-    limiter: Annotated[Text, Among(LIMITERS)] = Field(default="van_leer", description="slope limiter")
-    riemann: Annotated[Text, Among(RIEMANN_SOLVERS)] = Field(
+    limiter: Annotated[Text, Named(LIMITERS)] = Field(default="van_leer", description="slope limiter")
+    riemann: Annotated[Text, Named(RIEMANN_SOLVERS)] = Field(
         default="hllc_lm", description="Riemann solver; hllc_lm is HLLC corrected for low Mach numbers"
     )
 
@@ -114,13 +110,13 @@ class Output(Section):
 class Movie(Section):
     """How a movie looks."""
 
-    colours: Annotated[Text, Among(COLOURS)] = Field(
+    colours: Colours = Field(
         default="gray", description="gray, where dense is dark as in the paper's figures, or a perceptual map"
     )
-    scale: Annotated[Text, Among(SCALES)] = Field(
+    scale: Annotated[Text, Named(SCALES)] = Field(
         default="linear", description="of the density: linear from zero, or log from its least value"
     )
-    limits: Annotated[Text, Among(LIMITS)] = Field(
+    limits: Limits = Field(
         default="frame", description="ends of the scale: of each frame, or the same for the whole run"
     )
     traces: Flag = Field(
@@ -135,26 +131,28 @@ class Movie(Section):
 class RunDeck(ExperimentDeck):
     """What all decks have in common that run in time from an initial state."""
 
-    gas: Gas
+    gas: Annotated[Gas, Chosen(CLOSURES, key="closure", shared=Gas)]
     box: Box = Box()
     mesh: Mesh
-    wall: Annotated[Wall, OneOf(WALLS)] = Vibrating()
-    initial: Annotated[Initial, OneOf(INITIALS)]
+    wall: Annotated[Any, Chosen(WALLS, shared=TaggedLaw)] = Field(
+        default={"kind": "vibrating"}, description="The wall at x=1"
+    )
+    initial: Annotated[Any, Chosen(INITIAL_STATES)] = Field(description="The state at t=0")
     time: Timeline
     output: Output = Output()
     movie: Movie = Movie()
 
     @field_validator("wall")
     @classmethod
-    def _check_wall(cls, wall: Wall, info: ValidationInfo) -> Wall:
+    def _check_wall(cls, wall: Any, info: ValidationInfo) -> Any:
         box = info.data.get("box")
-        if box is not None and "x" in box.periodic and not isinstance(wall, Elastic):
+        if box is not None and "x" in box.periodic and wall.kind != "elastic":
             raise broken_rule("must be 'elastic' in a box that is periodic in x", "wall.kind", wall.kind)
         return wall
 
     @field_validator("initial")
     @classmethod
-    def _check_initial(cls, initial: Initial, info: ValidationInfo) -> Initial:
+    def _check_initial(cls, initial: Any, info: ValidationInfo) -> Any:
         gas = info.data.get("gas")
         if gas is None or not initial.needs_area_fraction:
             return initial
@@ -195,7 +193,7 @@ class RunDeck(ExperimentDeck):
 
 
 class ViscousGas(Gas):
-    """The granular gas: closure and dimensionless numbers."""
+    """The granular gas: dimensionless numbers and closure; the closure's own constants stand beside it."""
 
     viscosity: NonNegative = Field(
         default=0.0,
@@ -213,6 +211,6 @@ class EvolutionDeck(RunDeck):
     )  # fmt: skip
 
     kind: Literal["evolution"] = "evolution"
-    gas: ViscousGas
+    gas: Annotated[ViscousGas, Chosen(CLOSURES, key="closure", shared=ViscousGas)]
     time: Time
     scheme: Scheme = Scheme()

@@ -20,8 +20,8 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
-from hydro.deck.fields import Density, NonNegative, Number, Section, Text, broken_rule
 from hydro.deck.quantities import ACCELERATION, ANGULAR_FREQUENCY, FREQUENCY, LENGTH, TEMPERATURE
+from hydro.schema import Density, NonNegative, Number, Section, Text, broken_rule
 
 CLOSE_PACKED = math.pi / (2.0 * math.sqrt(3.0))  # phi of disks at n = n_c
 

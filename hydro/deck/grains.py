@@ -8,14 +8,13 @@ from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import Field, Strict, ValidationError, ValidationInfo, field_validator
 
+from hydro.choices import CLOSURES, DRIVES, GRAIN_COLOURS, GRAIN_WALLS, WALLS
 from hydro.deck.evolution import Output, RunDeck
 from hydro.deck.experiment import STAND_IN, Scaled, packed
-from hydro.deck.fields import Among, Density, NonNegative, Number, Positive, Section, Text, broken_rule
-from hydro.deck.initial import Initial, ManufacturedInitial
-from hydro.deck.sections import GAMMA, Gas, Sections, Vibrating, number_in
+from hydro.deck.sections import GAMMA, Gas, Sections, number_in
+from hydro.schema import Chosen, Density, Named, NonNegative, Number, Positive, Section, Text, broken_rule
 
-DRIVES = ("random-phase", "sinusoidal", "sawtooth")
-COLOURS = ("speed", "cluster")
+AT_REST = "random-phase"  # the drive whose wall does not move
 OUTRIGHT = ("diameter", "restitution", "number")
 ROUNDING = 1e-12  # in the 1-r^2 that follows from L, K and mu
 
@@ -57,8 +56,8 @@ class Grains(Section):
         default=None, description="how many grains; f = N 3^(1/2) d^2/(2 L_x L_y)"
     )
     seed: Annotated[int, Strict()] = Field(default=0, ge=0, le=2**63 - 1, description="seed of the random numbers")
-    drive: Annotated[Text, Among(DRIVES)] = Field(
-        default="random-phase",
+    drive: Annotated[Text, Named(DRIVES)] = Field(
+        default=AT_REST,
         description="how the vibrating wall moves: random-phase is at rest and gives the velocity change of a "
         "sinusoidal one of random phase; sinusoidal and sawtooth move, with the amplitude below and the A omega of W",
     )
@@ -92,7 +91,7 @@ class Grains(Section):
 class GrainsOutput(Output):
     """What a run keeps, and when; and how grains are drawn."""
 
-    colour: Annotated[Text, Among(COLOURS)] = Field(
+    colour: Annotated[Text, Named(GRAIN_COLOURS)] = Field(
         default="speed",
         description="of grains in pictures: by speed, or by the cluster they are in, of grains with gaps below 0.3 d",
     )
@@ -107,7 +106,10 @@ class GrainsDeck(RunDeck):
     )  # fmt: skip
 
     kind: Literal["grains"] = "grains"
-    gas: GrainsGas
+    gas: Annotated[GrainsGas, Chosen(CLOSURES, key="closure", shared=GrainsGas)]
+    wall: Annotated[Any, Chosen(WALLS, only=tuple(GRAIN_WALLS))] = Field(
+        default={"kind": "vibrating"}, description="The wall at x=1"
+    )
     grains: Grains = Grains()
     output: GrainsOutput = GrainsOutput()
 
@@ -121,8 +123,8 @@ class GrainsDeck(RunDeck):
 
     @field_validator("initial")
     @classmethod
-    def _check_source(cls, initial: Initial) -> Initial:
-        if isinstance(initial, ManufacturedInitial):
+    def _check_source(cls, initial: Any) -> Any:
+        if initial.needs_terms:
             raise broken_rule("grains know no source term", "initial.kind", initial.kind)
         return initial
 
@@ -144,13 +146,13 @@ class GrainsDeck(RunDeck):
     @property
     def wall_speed(self) -> float:
         """A omega in T_*^(1/2) of a vibrating wall, from K W = (2/pi)^(1/2) A^2 omega^2/T_*; zero for another."""
-        W = self.wall.W if isinstance(self.wall, Vibrating) else 0.0
+        W = getattr(self.wall, "W", 0.0)
         return math.sqrt(self.gas.K * W * math.sqrt(math.pi / 2.0))
 
     @property
     def moving_wall(self) -> tuple[float, float] | None:
         """Amplitude and angular frequency of a driving wall that moves; None where it is at rest."""
-        moves = self.grains.drive != DRIVES[0] and self.wall_speed > 0.0
+        moves = self.grains.drive != AT_REST and self.wall_speed > 0.0
         return (self.grains.amplitude, self.wall_speed / self.grains.amplitude) if moves else None
 
     @classmethod

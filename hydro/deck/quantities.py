@@ -9,7 +9,7 @@ from typing import Any
 from pydantic.annotated_handlers import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from hydro.deck.fields import broken_rule
+from hydro.schema import broken_rule
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 UNIT = r"[^\W\d_]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"  # a name, perhaps to a power of one digit

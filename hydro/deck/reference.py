@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, get_args, get_origin
+from collections.abc import Iterator, Set
+from typing import Any, Literal, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen
 
 from hydro import markdown
-from hydro.deck.fields import Among, Section, item_of, kinds_of, list_or, meaning, section_of
-from hydro.deck.kinds import KINDS
+from hydro.choices import KINDS
 from hydro.deck.quantities import Quantity
 from hydro.deck.sections import Deck
+from hydro.schema import Chosen, Named, Section, choice_of, item_of, list_or, meaning, section_of
 
 INTRODUCTION = """\
 # Decks
 
-Written by `python -m hydro.deck.reference` from the models in `hydro/deck`.
+Written by `python -m hydro.deck.reference` from the models of sections, which stand beside what they are for.
 
 A deck is a TOML file. Its `kind` says what it asks for; everything else stands in sections.
 Any key can be changed on the command line: `section.key=value`, for example `time.end=10 wall.kind=thermal`.
@@ -37,7 +37,7 @@ def reference() -> str:
 
 
 def _deck(kind: str) -> Iterator[str]:
-    model = KINDS[kind]
+    model = KINDS.section(kind)
     yield f'## kind = "{kind}"'
     yield model.__doc__ or ""
     for name in model.model_fields:
@@ -46,16 +46,10 @@ def _deck(kind: str) -> Iterator[str]:
 
 def _section(owner: type[Section], key: str, name: str, level: int) -> Iterator[str]:
     """Heading, text and table of the section `key` of `owner`; nothing for a plain key."""
-    table, model = kinds_of(owner, key), section_of(owner, key)
-    if table is not None:
-        whole = all(issubclass(choice, Deck) for choice in table.values())
+    choice, model = choice_of(owner, key), section_of(owner, key)
+    if choice is not None:
         yield f"{'#' * level} [{name}]"
-        yield f"{meaning(owner, key)}. Default: {_default(owner, key)}.".replace("Default: required", "Required")
-        if whole:
-            yield f"Its `kind` is {', '.join(f'`{kind}`' for kind in table)}, with the keys of such a deck."
-        for kind, choice in () if whole else table.items():
-            yield f'{"#" * (level + 1)} [{name}] kind = "{kind}"'
-            yield from _keys(choice, name, level + 1)
+        yield from _chosen(owner, key, choice, name, level)
     elif model is not None:
         yield f"{'#' * level} [{name}]"
         yield from _keys(model, name, level)
@@ -67,9 +61,29 @@ def _section(owner: type[Section], key: str, name: str, level: int) -> Iterator[
         yield from _keys(instead, name, level)
 
 
-def _keys(model: type[Section], name: str, level: int) -> Iterator[str]:
+def _chosen(owner: type[Section], key: str, choice: Chosen, name: str, level: int) -> Iterator[str]:
+    """Text and tables of a section that depends on a choice: the keys that all have, and those of each."""
+    shared: set[str] = set()
+    if choice.key == "kind":
+        yield f"{meaning(owner, key)}. Default: {_default(owner, key)}.".replace("Default: required", "Required")
+        shared = {"kind"}
+    elif choice.shared is not None:
+        yield from _keys(choice.shared, name, level)
+        shared = set(choice.shared.model_fields)
+    if all(issubclass(model, Deck) for model in choice.models.values()):
+        yield f"Its `kind` is {', '.join(f'`{kind}`' for kind in choice.names)}, with the keys of such a deck."
+        return
+    if choice.only is None and choice.table.asks:
+        yield f"`{choice.key}` may also name one of your own, `file.py:Class` ([extending.md](extending.md))."
+    for kind, model in choice.models.items():
+        yield f'{"#" * (level + 1)} [{name}] {choice.key} = "{kind}"'
+        yield from _keys(model, name, level + 1, shared)
+
+
+def _keys(model: type[Section], name: str, level: int, but: Set[str] = frozenset()) -> Iterator[str]:
+    """Text of a section and table of its keys, but for some, and the sections in it."""
     yield model.__doc__ or ""
-    rows = [_row(model, key) for key in model.model_fields if key != "kind"]
+    rows = [_row(model, key) for key in model.model_fields if key not in but]
     if rows:
         yield markdown.table(HEADER, rows)
     for key in model.model_fields:
@@ -78,17 +92,19 @@ def _keys(model: type[Section], name: str, level: int) -> Iterator[str]:
 
 def _row(model: type[Section], key: str) -> tuple[str, ...]:
     field = model.model_fields[key]
-    kinds = kinds_of(model, key)
-    kind_of_value = "section" if kinds else _type(field.annotation)
+    choice = choice_of(model, key)
+    kind_of_value = "section" if choice else _type(field.annotation)
     kind_of_value += " or section" if list_or(model, key) else ""
-    allowed = ", ".join(kinds or dict.fromkeys([*_allowed(field.metadata), *_allowed_in(field.annotation)]))
-    return f"`{key}`", kind_of_value, _default(model, key), allowed, meaning(model, key)
+    found = choice.names if choice else [*_allowed(field.metadata), *_allowed_in(field.annotation)]
+    return f"`{key}`", kind_of_value, _default(model, key), ", ".join(dict.fromkeys(found)), meaning(model, key)
 
 
 def _type(annotation: Any) -> str:
     """An annotation in words."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return "section"
+    if get_origin(annotation) is Literal:
+        return "text"
     inner = [part for part in get_args(annotation) if part not in (type(None), Ellipsis)]
     if get_origin(annotation) is not tuple:
         return _type(inner[0]) if inner else WORDS[annotation]
@@ -101,7 +117,7 @@ def _allowed(metadata: Any) -> Iterator[str]:
     for item in metadata:
         yield from _allowed(getattr(item, "metadata", ()))
         yield from (words.format(getattr(item, name)) for bound, name, words in BOUNDS if isinstance(item, bound))
-        if isinstance(item, Among):
+        if isinstance(item, Named):
             yield from (f"`{name}`" for name in item.names)
         if isinstance(item, Quantity):
             yield f'{item.name}, such as `"{item.example}"`'
@@ -112,6 +128,9 @@ def _allowed(metadata: Any) -> Iterator[str]:
 def _allowed_in(annotation: Any) -> Iterator[str]:
     """Bounds and names of the items of a list, and of what may also be None."""
     yield from _allowed(getattr(annotation, "__metadata__", ()))
+    if get_origin(annotation) is Literal:
+        yield from (f"`{name}`" for name in get_args(annotation))
+        return
     parts = [part for part in dict.fromkeys(get_args(annotation)) if part not in (type(None), Ellipsis)]
     parts = [part for part in parts if not (isinstance(part, type) and issubclass(part, Section))]
     if len(parts) == 1:  # items that differ from each other are told apart by the description
@@ -122,8 +141,8 @@ def _default(model: type[Section], key: str) -> str:
     field = model.model_fields[key]
     if field.is_required():
         return "required"
-    if isinstance(field.default, Section):
-        return f'`kind = "{getattr(field.default, "kind", "")}"`'
+    if isinstance(field.default, dict):
+        return ", ".join(f'`{key} = "{value}"`' for key, value in field.default.items()) or "none"
     if field.default in (None, ""):
         return "none"
     if isinstance(field.default, bool):

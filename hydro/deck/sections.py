@@ -1,7 +1,6 @@
-"""Sections that several kinds of deck share: gas, box, mesh and wall.
+"""What several kinds of deck share: gas, box and mesh, and numbers that follow from an experiment.
 
 Scaled units: length L_x, density n_c, temperature T_*, hence velocity T_*^(1/2), time L_x/T_*^(1/2), pressure n_c T_*.
-A new wall is a model here and a line in its table.
 """
 
 from __future__ import annotations
@@ -12,12 +11,14 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Strict, ValidationError, ValidationInfo, field_validator
 
+from hydro.choices import CLOSURES
 from hydro.deck.experiment import STAND_IN, Experiment, Scaled
-from hydro.deck.fields import (
-    Among,
+from hydro.schema import (
     Axes,
     Cells,
     Density,
+    Law,
+    Named,
     NonNegative,
     Number,
     Positive,
@@ -26,9 +27,6 @@ from hydro.deck.fields import (
     Text,
     broken_rule,
 )
-
-# Names that decks use; the registry of closures holds exactly these.
-CLOSURES = ("grossman",)
 
 GAMMA = 2.26  # of Grossman, Zhou and Ben-Naim
 
@@ -47,9 +45,7 @@ class Range(Section):
     start: Number = Field(description="the first")
     stop: Number = Field(description="the last")
     count: Annotated[int, Strict(), Field(ge=2, le=100000)] = Field(description="how many, start and stop included")
-    spacing: Annotated[Text, Among(("linear", "log"))] = Field(
-        default="linear", description="equal differences or equal ratios"
-    )
+    spacing: Literal["linear", "log"] = Field(default="linear", description="equal differences or equal ratios")
 
     @field_validator("spacing")
     @classmethod
@@ -69,8 +65,8 @@ class Range(Section):
         return (self.start, *(float(f"{value:.15g}") for value in inner), self.stop)
 
 
-class Gas(Section):
-    """The granular gas: closure and dimensionless numbers."""
+class Gas(Law):
+    """The granular gas: dimensionless numbers and closure; the closure's own constants stand beside it."""
 
     L: NonNegative = Field(
         title="collisional_loss",
@@ -88,7 +84,6 @@ class Gas(Section):
         title="friction_time",
         description="time in which rolling friction stops the flow, in L_x/T_*^(1/2); inf for none",
     )
-    alpha: Positive = Field(default=1.15, description="weight of the mean free path in the heat conductivity")
     gamma: Positive = Field(
         default=GAMMA, description="weight of the mean free path in the collision rate; 1-r^2 follows from L by it"
     )
@@ -97,7 +92,7 @@ class Gas(Section):
         description="splits K and L into d/L_x = K/mu and 1-r^2; of order unity: "
         "dilute kinetic theory gives 2.41 from conduction, 1.42 from cooling",
     )
-    closure: Annotated[Text, Among(CLOSURES)] = Field(
+    closure: Annotated[Text, Named(CLOSURES)] = Field(
         default="grossman", description="equation of state, mean free path, conductivity and cooling"
     )
 
@@ -121,46 +116,10 @@ class Mesh(Section):
     )
 
 
-class Wall(Tagged):
-    """The wall at x=1."""
-
-
-class Vibrating(Wall):
-    """Feeds the heat kappa dT/dx = K W n T^(1/2), with n and T at the wall."""
-
-    kind: Literal["vibrating"] = "vibrating"
-    W: NonNegative = Field(default=114.0, title="vibration", description="K W = (2/pi)^(1/2) A^2 omega^2 / T_*")
-
-
-class Thermal(Wall):
-    """Holds its temperature."""
-
-    kind: Literal["thermal"] = "thermal"
-    temperature: Positive = Field(default=1.0, description="temperature of the wall, in T_*")
-
-
-class Elastic(Wall):
-    """Lets no heat through; also the choice where x is periodic."""
-
-    kind: Literal["elastic"] = "elastic"
-
-
-WALLS: dict[str, type[Wall]] = {"vibrating": Vibrating, "thermal": Thermal, "elastic": Elastic}
-
-
 class ClosedBox(Section):
     """The box, 0 < x < 1 and 0 < y < aspect_ratio; its walls are elastic but for the one at x=1."""
 
     aspect_ratio: Positive = Field(default=1.0, title="Delta", description="L_y/L_x")
-
-
-class DrivingVibrating(Vibrating):
-    """Feeds the heat kappa dT/dx = K W n T^(1/2), with n and T at the wall. Steady densities do not depend on W."""
-
-    W: Positive = Field(default=114.0, title="vibration", description="K W = (2/pi)^(1/2) A^2 omega^2 / T_*")
-
-
-DRIVING_WALLS: dict[str, type[Wall]] = {"vibrating": DrivingVibrating, "thermal": Thermal}
 
 
 Sections = dict[str, dict[str, Any]]  # values by section and key

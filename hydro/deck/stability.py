@@ -6,16 +6,30 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
+from hydro.choices import CLOSURES, WALL_CONDITIONS
 from hydro.deck.experiment import Scaled
-from hydro.deck.fields import Among, Density, HalfWaves, ListOr, Positive, Section, Text, broken_rule, some_distinct
-from hydro.deck.sections import CLOSURES, DRIVING_WALLS, ExperimentDeck, Range, Sections
+from hydro.deck.sections import ExperimentDeck, Range, Sections
+from hydro.schema import (
+    Chosen,
+    Density,
+    HalfWaves,
+    Law,
+    ListOr,
+    Named,
+    Positive,
+    Section,
+    Text,
+    broken_rule,
+    some_distinct,
+)
 
 
-class DensityGas(Section):
+class DensityGas(Law):
     """The granular gas, as far as steady densities depend on it; L and f are those of the other sections."""
 
-    alpha: Positive = Field(default=1.15, description="weight of the mean free path in the heat conductivity")
-    closure: Annotated[Text, Among(CLOSURES)] = Field(
+    elsewhere: ClassVar[tuple[str, ...]] = ("L", "K")
+
+    closure: Annotated[Text, Named(CLOSURES)] = Field(
         default="grossman", description="equation of state, mean free path, conductivity and cooling"
     )
 
@@ -52,7 +66,7 @@ class Stability(Section):
     f: Annotated[tuple[Density, ...] | AreaFractions, ListOr(AreaFractions)] = Field(
         title="area_fraction", description="area fractions: a list, or a section with start, stop and count"
     )
-    walls: Annotated[tuple[Annotated[Text, Among(tuple(DRIVING_WALLS))], ...], AfterValidator(some_distinct)] = Field(
+    walls: Annotated[tuple[Annotated[Text, Named(WALL_CONDITIONS)], ...], AfterValidator(some_distinct)] = Field(
         default=("vibrating",), description="kinds of the wall at x=1"
     )
     waves: Annotated[tuple[HalfWaves, ...], AfterValidator(some_distinct)] = Field(
@@ -77,7 +91,7 @@ class StabilityDeck(ExperimentDeck):
     scalars: ClassVar[tuple[str, ...]] = ("aspect_ratio", "f1", "f2", "f_min", "aspect_ratio_min", "wall_seconds")
 
     kind: Literal["stability"] = "stability"
-    gas: DensityGas = DensityGas()
+    gas: Annotated[DensityGas, Chosen(CLOSURES, key="closure", shared=DensityGas)] = Field(default={})  # type: ignore[assignment]
     stability: Stability
 
     @classmethod

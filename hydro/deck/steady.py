@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
-from hydro.deck.fields import Among, Density, Flag, HalfWaves, Number, OneOf, Positive, Section, Text, Wave, broken_rule
-from hydro.deck.sections import DRIVING_WALLS, ClosedBox, DrivingVibrating, ExperimentDeck, Gas, Mesh, Wall
-
-# Names that decks use; the registries of the same things elsewhere hold exactly these.
-PARAMETERS = ("f", "aspect_ratio", "L")
-SEARCHES = ("relaxation", "branch")
+from hydro.choices import CLOSURES, PARAMETERS, SEARCHES, WALL_CONDITIONS, WALLS
+from hydro.deck.sections import ClosedBox, ExperimentDeck, Gas, Mesh
+from hydro.schema import (
+    Chosen,
+    Density,
+    Flag,
+    HalfWaves,
+    Named,
+    Number,
+    Positive,
+    Section,
+    Text,
+    Wave,
+    broken_rule,
+    unknown_choice,
+)
 
 
 class SteadyGas(Gas):
@@ -39,7 +49,7 @@ class Steady(Section):
         description="whether the first cluster is half a wave away from y=0, not in that corner: "
         "for wave=2, one cluster in the middle instead of two in the corners",
     )
-    search: Annotated[Text, Among(SEARCHES)] = Field(
+    search: Annotated[Text, Named(SEARCHES)] = Field(
         default="relaxation",
         description="how to find it: relaxation of a gas pushed to one side, which ends in a stable half-wave; "
         "branch: the first state on the branch from the nearest bifurcation in f, unstable beyond a subcritical one",
@@ -55,7 +65,25 @@ class Steady(Section):
     )
 
 
-class SteadyDeck(ExperimentDeck):
+class SteadyBaseDeck(ExperimentDeck):
+    """What decks of steady states have in common."""
+
+    gas: Annotated[SteadyGas, Chosen(CLOSURES, key="closure", shared=SteadyGas)]
+    box: ClosedBox = ClosedBox()
+    mesh: Mesh
+    wall: Annotated[Any, Chosen(WALLS, only=tuple(WALL_CONDITIONS))] = Field(
+        default={"kind": "vibrating"}, description="The wall at x=1. Steady densities do not depend on W"
+    )
+
+    @field_validator("wall")
+    @classmethod
+    def _check_wall(cls, wall: Any) -> Any:
+        if getattr(wall, "W", 1.0) == 0.0:
+            raise broken_rule("must be greater than 0", "wall.W", wall.W)
+        return wall
+
+
+class SteadyDeck(SteadyBaseDeck):
     """A steady state in two dimensions, on the finite volumes of the evolution, and its growth rates."""
 
     scalars: ClassVar[tuple[str, ...]] = (
@@ -63,10 +91,6 @@ class SteadyDeck(ExperimentDeck):
     )  # fmt: skip
 
     kind: Literal["steady"] = "steady"
-    gas: SteadyGas
-    box: ClosedBox = ClosedBox()
-    mesh: Mesh
-    wall: Annotated[Wall, OneOf(DRIVING_WALLS)] = DrivingVibrating()
     steady: Steady = Steady()
 
     @field_validator("steady")
@@ -90,8 +114,9 @@ class BranchGas(SteadyGas):
 class Branch(Section):
     """Which branch: where it leaves the extended state, and how far to follow it."""
 
-    parameter: Annotated[Text, Among(PARAMETERS)] = Field(
-        default="f", description="what changes along the branch: area fraction, aspect ratio or L"
+    parameter: Text = Field(
+        default="f",
+        description="what changes along the branch: f, aspect_ratio, or a constant of the closure that allows it, L",
     )
     wave: HalfWaves = Field(default=1, description="number of half-waves across the box in y")
     start: Positive = Field(description="one end of the range of the parameter")
@@ -111,7 +136,7 @@ class Branch(Section):
     )
 
 
-class BranchDeck(ExperimentDeck):
+class BranchDeck(SteadyBaseDeck):
     """Branches of localized states, from where they leave the extended state, through folds, to the end of a range."""
 
     scalars: ClassVar[tuple[str, ...]] = (
@@ -119,16 +144,16 @@ class BranchDeck(ExperimentDeck):
     )  # fmt: skip
 
     kind: Literal["branch"] = "branch"
-    gas: BranchGas = BranchGas()
-    box: ClosedBox = ClosedBox()
-    mesh: Mesh
-    wall: Annotated[Wall, OneOf(DRIVING_WALLS)] = DrivingVibrating()
+    gas: Annotated[BranchGas, Chosen(CLOSURES, key="closure", shared=BranchGas)] = Field(default={})  # type: ignore[assignment]
     branch: Branch
 
     @field_validator("branch")
     @classmethod
     def _check_branch(cls, branch: Branch, info: ValidationInfo) -> Branch:
         gas = info.data.get("gas")
+        known = (*PARAMETERS, *(() if gas is None else gas.law().parameters()))
+        if gas is not None and branch.parameter not in known:
+            raise unknown_choice(branch.parameter, known, "parameter")
         if branch.start == branch.stop:
             raise broken_rule("must differ from branch.start", "branch.stop", branch.stop)
         if branch.parameter == "f":

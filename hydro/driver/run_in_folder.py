@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 from hydro.deck import dumps
 from hydro.deck.evolution import RunDeck
-from hydro.deck.initial import CheckpointInitial
 from hydro.driver.frames import Frames
 from hydro.driver.history import History
 from hydro.driver.keeper import Keeper
@@ -19,6 +18,7 @@ from hydro.driver.restart import newest_checkpoint, refuse_changes
 from hydro.driver.trackers import AtTimes, Every, SaveOnSignal, ShowProgress, StopOnSignal, WallLimit
 from hydro.errors import CheckpointError, Complaint, DeckError, HydroError, RunFailed
 from hydro.initial import initial_state
+from hydro.initial.checkpoint import FromCheckpoint
 from hydro.observables import observables_of
 from hydro.output.checkpoint import Checkpoint
 from hydro.output.folder import RunFolder
@@ -121,6 +121,6 @@ def restore(run: Run, saved: Checkpoint) -> None:
 def refuse_own_checkpoint(deck: RunDeck, folder: RunFolder) -> None:
     """DeckError if the run would replace the checkpoint that it starts from."""
     initial = deck.initial
-    if isinstance(initial, CheckpointInitial) and Path(initial.path).resolve().is_relative_to(folder.path.resolve()):
+    if isinstance(initial, FromCheckpoint) and Path(initial.path).resolve().is_relative_to(folder.path.resolve()):
         problem = f"{initial.path} lies in the folder that this run would replace; choose another with --output"
         raise DeckError([Complaint("initial.path", problem)], "output folder")

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import ClassVar, Protocol
+from collections.abc import Mapping
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
 from hydro.accounts import COLLISIONS, FRICTION, SOURCE, WALL, Account
-from hydro.registry import Registry
 from hydro.state import State
 from hydro.terms import Terms
 
 # What of its own may limit the step of an integrator of flow: sound or flow that crosses cells, and the error.
 FLOW_LIMITS = ("sound", "remap", "error")
-
-INTEGRATORS: Registry[Callable[..., Integrator]] = Registry("integrator")
 
 
 def flow_accounts(terms: Terms) -> tuple[Account, ...]:
@@ -38,6 +35,20 @@ class Integrator(Protocol):
     accounts: tuple[Account, ...] = ()
     step_limits: tuple[str, ...] = ()
     remembered: ClassVar[Mapping[str, tuple[str, str]]] = {}
+
+    # Guesses for decks of evolution, good to a factor of two or three on one core of a current processor.
+    seconds_per_cell_step: ClassVar[float] = 1e-7
+    bytes_per_cell: ClassVar[int] = 200  # of state and work space, without viscosity
+
+    @staticmethod
+    def options(deck: Any) -> dict[str, Any]:
+        """What it takes of a deck beside gas, wall, mesh and terms."""
+        return {}
+
+    @staticmethod
+    def expected_steps(deck: Any, by_sound: float) -> tuple[float, str]:
+        """How many steps a deck takes, and what that is known by; `by_sound`: those that sound asks for."""
+        return by_sound, "about, with the sound speed of the start or of the driving wall"
 
     def limits(self, state: State) -> dict[str, float]:
         """The largest time steps that stability and accuracy allow from here, by names among `step_limits`."""

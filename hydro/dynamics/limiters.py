@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hydro.methods import compiled_methods
-from hydro.registry import Registry
-
-LIMITERS: Registry[Any] = Registry("limiter")
 
 
 @compiled_methods
@@ -38,6 +35,4 @@ class VanLeer(NamedTuple):
         return (2.0 * product if product > 0.0 else 0.0) / (a + b + (self.tiny if a + b >= 0.0 else -self.tiny))
 
 
-LIMITERS.add("minmod", GeneralizedMinmod(1.0))
-LIMITERS.add("van_leer", VanLeer())
-LIMITERS.add("mc", GeneralizedMinmod(2.0))
+MINMOD, MC, VAN_LEER = GeneralizedMinmod(1.0), GeneralizedMinmod(2.0), VanLeer()

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hydro.methods import compiled_methods
-from hydro.registry import Registry
 
 LARGE_JUMP = 0.01  # of the pressure, relative; slow flow makes much smaller ones
-
-RIEMANN_SOLVERS: Registry[Any] = Registry("Riemann solver")
 
 
 @compiled_methods
@@ -69,5 +66,4 @@ class HLLC(NamedTuple):
         return mass, mass * u_face + p_face, mass * v, (e_face + p_face) * u_face
 
 
-RIEMANN_SOLVERS.add("hllc", HLLC(0.0))
-RIEMANN_SOLVERS.add("hllc_lm", HLLC(0.3))
+HLLC_PLAIN, HLLC_LOW_MACH = HLLC(0.0), HLLC(0.3)

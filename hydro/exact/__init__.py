@@ -3,7 +3,6 @@
     riemann      two uniform states side by side: shocks, contact, rarefactions, for any closure
     solutions    cooling; conduction, sound and shear of small amplitude; a simple wave; isobaric profiles
     manufactured every term of the equations at once, by an added source
-    evolution    which of them an evolution deck asks for
 
 All quantities are scaled; ideal flow unless the function says otherwise.
 """

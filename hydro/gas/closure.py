@@ -29,10 +29,6 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from hydro.registry import Registry
-
-CLOSURES: Registry[Callable[..., Any]] = Registry("closure")
-
 # Weights of y in the formulas above.
 CONDUCTIVE, SHEAR, BULK = 9.0 / 16.0 + 1.0 / math.pi, 0.25 + 2.0 / math.pi, 4.0 / math.pi
 
@@ -40,6 +36,8 @@ CONDUCTIVE, SHEAR, BULK = 9.0 / 16.0 + 1.0 / math.pi, 0.25 + 2.0 / math.pi, 4.0 
 class Closure(Protocol):
     """What solvers ask of a gas. A new closure derives from a NamedTuple of its constants and from `HardDisks`,
     and gives the methods that are listed first; all take and return numbers or arrays of one shape.
+
+    The constants are keys of the section [gas] in decks, by their names and types.
     """
 
     def packing_density(self) -> float: ...  # n_p, where Z diverges; inf where it does not
@@ -51,6 +49,8 @@ class Closure(Protocol):
     def conductivity_factor_slope(self, n): ...
     def cooling_factor(self, n): ...  # gap q
     def cooling_factor_slope(self, n): ...
+
+    def _asdict(self) -> dict[str, float]: ...  # its constants, by name
 
     # These have defaults in `HardDisks` that a closure may replace.
     def conducts(self) -> bool: ...
@@ -81,7 +81,7 @@ class Closure(Protocol):
 
 def described(gas: Closure) -> str:
     """The parameters of a gas and their values in words; its constants where it has no parameters."""
-    values = gas._asdict()  # type: ignore[attr-defined]
+    values = gas._asdict()
     return ", ".join(f"{name} = {values[name]:g}" for name in gas.parameters() or values)
 
 

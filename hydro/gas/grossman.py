@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
-from hydro.gas.closure import CLOSURES, HardDisks, Reduced
+from hydro.gas.closure import HardDisks, Reduced
 from hydro.methods import compiled_methods
+from hydro.schema import Positive
 
 A = 1.0 - math.sqrt(3.0 / 8.0)  # the number a of Eq. (meanfree)
 LAMBDA = math.sqrt(3.0 / 32.0)  # 1/(sqrt(8) n_c d^2): the mean free path over d is LAMBDA (1-n)/(n(1-an))
@@ -19,10 +21,9 @@ class GrossmanConstants(NamedTuple):
 
     L: float  # collisional loss, (32/3 gamma) (L_x/d)^2 (1-r^2)
     K: float  # conduction, mu d/L_x
-    alpha: float = 1.15  # weight of the mean free path in the conductivity
+    alpha: Annotated[Positive, Field(description="weight of the mean free path in the heat conductivity")] = 1.15
 
 
-@CLOSURES.register("grossman")
 @compiled_methods
 class Grossman(GrossmanConstants, HardDisks):
     """Interpolation between the dilute gas and close packing: Eqs. (state) and (meanfree) and the text after them."""

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from hydro.accounts import COLLISIONS, FRICTION, SOURCE, WALL
+from hydro.choices import DRIVES, GRAIN_WALLS
 from hydro.deck import GrainsDeck
-from hydro.deck.initial import CheckpointInitial
 from hydro.dynamics.integrator import Integrator
 from hydro.errors import Complaint, DeckError, RunFailed
 from hydro.grains import books, walls
@@ -19,29 +18,41 @@ from hydro.grains.cells import arena
 from hydro.grains.dynamics import Dynamics, kept_places
 from hydro.grains.fields import density_scale, fields
 from hydro.grains.placement import number_of_grains, placed, too_few
-from hydro.initial import checkpoint_of, initial_state
-from hydro.registry import Registry
+from hydro.initial import initial_state
+from hydro.initial.checkpoint import FromCheckpoint, checkpoint_of
 from hydro.setup import mesh_of
 from hydro.state import State
 
 SAMPLES = 40  # looks at the fields that make an average
 OVERLAP = 1e-9  # of grains that were kept, in diameters, or with walls in L_x: more than round-off
 
-# The driving wall of a deck: by the kind of its wall or, of one that vibrates, by how.
-DRIVES: Registry[Callable[[Any], Any]] = Registry("driving wall of grains")
-DRIVES.add("elastic", lambda deck: walls.ElasticWall())
-DRIVES.add("thermal", lambda deck: walls.ThermalWall(deck.wall.temperature))
-DRIVES.add("random-phase", lambda deck: walls.RandomPhaseWall(deck.wall_speed))
+
+def elastic(deck: Any) -> walls.ElasticWall:
+    """The wall that only reflects."""
+    return walls.ElasticWall()
 
 
-@DRIVES.register("sinusoidal")
+def thermal(deck: Any) -> walls.ThermalWall:
+    """The wall that holds its temperature."""
+    return walls.ThermalWall(deck.wall.temperature)
+
+
+def vibrating(deck: Any) -> Any:
+    """The wall that vibrates as the deck says, or does not."""
+    return DRIVES[deck.grains.drive](deck) if deck.wall_speed > 0.0 else elastic(deck)
+
+
+def random_phase(deck: Any) -> walls.RandomPhaseWall:
+    """One that is at rest, and gives what one of random phase would."""
+    return walls.RandomPhaseWall(deck.wall_speed)
+
+
 def sinusoidal(deck: Any) -> walls.SinusoidalWall:
     """The wall that vibrates as it does in the experiment."""
     amplitude, omega = deck.moving_wall
     return walls.SinusoidalWall(amplitude, omega, 2.0 * math.pi / omega)
 
 
-@DRIVES.register("sawtooth")
 def sawtooth(deck: Any) -> walls.SawtoothWall:
     """One of the same amplitude and period, that always comes."""
     amplitude, omega = deck.moving_wall
@@ -88,7 +99,7 @@ def kept_grains(deck: GrainsDeck) -> tuple[np.ndarray, np.ndarray] | None:
     DeckError where the box is another, or the deck asks for another number of them.
     """
     initial = deck.initial
-    if not isinstance(initial, CheckpointInitial):
+    if not isinstance(initial, FromCheckpoint):
         return None
     saved = checkpoint_of(deck)
     if "motion" not in saved.memory:
@@ -136,7 +147,7 @@ def dynamics_of(deck: GrainsDeck, state: State) -> Dynamics:
 
 def dynamics_from(deck: GrainsDeck, positions: np.ndarray, velocities: np.ndarray) -> Dynamics:
     """The grains of a deck, where they are told to be; shapes (N, 2). ValueError where the box has too few cells."""
-    wall = DRIVES[wall_kind(deck)](deck)
+    wall = GRAIN_WALLS[deck.wall.kind](deck)
     periodic = mesh_of(deck).periodic
     box = arena(deck.diameter, deck.restitution, deck.box.aspect_ratio, periodic, deck.grains.contact_time)
     return Dynamics(box, wall, positions, velocities, deck.grains.seed)

@@ -12,9 +12,9 @@ def cooling_mu(gamma):
     return gamma * math.sqrt(math.pi / 8.0)
 
 
-def conduction_mu(alpha):
-    """The mu with which the dilute limit of the paper's conductivity, mu alpha^2 l n T^(1/2), is 2 (T/pi)^(1/2)/d."""
-    return 2.0 * math.sqrt(8.0 / math.pi) / alpha**2
+def conduction_mu(conductivity):
+    """The mu with which the dilute limit of a closure's conductivity, over K T^(1/2), is 2 (T/pi)^(1/2)/d."""
+    return math.sqrt(3.0 / math.pi) / conductivity
 
 
 def covered(n):

@@ -17,7 +17,8 @@ import numpy as np
 from hydro.check.regime import Place, regime
 from hydro.deck import BranchDeck, dumps
 from hydro.driver.trackers import StopOnSignal
-from hydro.errors import Complaint, DeckError, HydroError, RunFailed
+from hydro.errors import HydroError, RunFailed
+from hydro.kinds.kind import Kind
 from hydro.mesh import Mesh
 from hydro.observables.clustering import CLUSTERING, wall_profile
 from hydro.output.checkpoint import Checkpoint, write_checkpoint
@@ -39,9 +40,7 @@ def solve(deck: BranchDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
     """Follow the deck's branches and write its folder; returns the summary.
 
     A HydroError on the way (a branch that is lost, a signal) comes through after what was found has been saved.
-    DeckError for a parameter that the closure does not have.
     """
-    refuse_parameter(deck)
     started = time.perf_counter()
     folder.prepare(dumps(deck))
     survey = Survey(deck, folder, Tally(folder.path.name, quiet))
@@ -52,14 +51,6 @@ def solve(deck: BranchDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
         survey.finish(time.perf_counter() - started, completed=False)
         raise type(error)(f"{error}\n{len(survey.points)} points are saved in {folder.path}") from error
     return survey.finish(time.perf_counter() - started, completed=True)
-
-
-def refuse_parameter(deck: BranchDeck) -> None:
-    """DeckError if the branch cannot be followed in the deck's parameter."""
-    known = problem_of(deck, mesh_of(deck)).parameters()
-    if deck.branch.parameter not in known:
-        problem = f"{deck.branch.parameter!r} is no parameter of the closure {deck.gas.closure!r}; known: "
-        raise DeckError([Complaint("branch.parameter", problem + ", ".join(known))])
 
 
 def problem_of(deck: BranchDeck, mesh: Mesh) -> Balance:
@@ -291,3 +282,6 @@ def _places(summary: dict[str, Any], parameter: str) -> Iterator[str]:
         yield f"{entry['sector']} perturbations change their fate at {parameter} = {entry[parameter]:.6g}"
     for entry in summary["hysteresis"]:
         yield f"{entry['branch']}: hysteresis between {parameter} = {entry['from']:.6g} and {entry['to']:.6g}"
+
+
+KIND = Kind(solve, describe, closing, scalars)

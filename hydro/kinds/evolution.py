@@ -5,22 +5,21 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Callable
 from typing import Any
 
+from hydro.check.scales import report
+from hydro.choices import OBSERVABLES
 from hydro.deck import EvolutionDeck
 from hydro.driver.history import History
 from hydro.driver.keeper import Keeper
 from hydro.driver.march import Run
 from hydro.driver.run_in_folder import Engine, go_on, restore, start, state_of
-from hydro.dynamics import INTEGRATORS
 from hydro.dynamics.integrator import Integrator
 from hydro.errors import StepRejected
-from hydro.exact.evolution import sources_of
-from hydro.observables import OBSERVABLES
+from hydro.kinds.kind import Kind
 from hydro.output.checkpoint import Checkpoint
 from hydro.output.folder import RunFolder
-from hydro.setup import terms_of, wall_of
+from hydro.setup import integrator_of
 from hydro.state import State
 
 
@@ -69,24 +68,6 @@ def scalars(summary: dict[str, Any]) -> dict[str, Any]:
     return {**summary, **(rows[-1] if rows else {}), "drift": OBSERVABLES[summary["observables"]].drift(rows)}
 
 
-# What integrators take from a deck beside gas, wall, mesh and friction.
-OPTIONS: dict[str, Callable[[EvolutionDeck], dict[str, Any]]] = {
-    "godunov": lambda deck: {"cfl": deck.time.cfl, "limiter": deck.scheme.limiter, "riemann": deck.scheme.riemann},
-    "lagrange-remap": lambda deck: {
-        "cfl": deck.time.cfl,
-        "limiter": deck.scheme.limiter,
-        "tolerance": deck.time.tolerance,
-    },
-}
-
-
-def integrator_of(deck: EvolutionDeck, state: State) -> Integrator:
-    """The deck's integrator, ready for `state`."""
-    name, options = deck.time.integrator, OPTIONS[deck.time.integrator](deck)
-    terms = [*terms_of(deck), *sources_of(deck)]
-    return INTEGRATORS[name](state.gas, wall_of(deck), state.mesh, terms, **options)
-
-
 def warm_up(integrator: Integrator, state: State) -> float:
     """Compile, or load, all kernels by a step that leaves no trace; returns the seconds that took."""
     started, memory = time.perf_counter(), integrator.memory()
@@ -97,3 +78,4 @@ def warm_up(integrator: Integrator, state: State) -> float:
 
 
 EVOLUTION = Engine(begin, Keeper, History)
+KIND = Kind(solve, report, closing, scalars, resume)

@@ -15,6 +15,7 @@ from typing import Any, cast
 import numpy as np
 
 from hydro.check.regime import Place, regime, stripe_of
+from hydro.choices import OBSERVABLES
 from hydro.deck import GrainsDeck
 from hydro.driver.history import History
 from hydro.driver.keeper import Keeper
@@ -32,7 +33,8 @@ from hydro.grains.integrator import (
     wall_kind,
 )
 from hydro.grains.placement import number_of_grains
-from hydro.observables import OBSERVABLES, Observables
+from hydro.kinds.kind import Kind
+from hydro.observables import Observables
 from hydro.observables.sets import Quantity, Row, error_of
 from hydro.output.checkpoint import Checkpoint, averaged
 from hydro.output.folder import RunFolder
@@ -40,6 +42,7 @@ from hydro.setup import gas_of, mesh_of
 from hydro.state import State
 
 BLOCKS = 8
+DILUTE = 1e-9  # n of a gas of which mean free paths are all
 ENOUGH = 10.0  # grains counted in a cell, over all looks, before it has a temperature
 
 
@@ -219,7 +222,8 @@ def describe(deck: GrainsDeck) -> list[str]:
     d, r = deck.diameter, deck.restitution
     number = number_of_grains(mean, d, deck.box.aspect_ratio)
     rate = theory.collision_rate(mean, T, d)
-    cooling, conduction = theory.cooling_mu(deck.gas.gamma), theory.conduction_mu(deck.gas.alpha)
+    dilute = float(gas_of(deck, K=1.0).conductivity_coefficient(DILUTE))
+    cooling, conduction = theory.cooling_mu(deck.gas.gamma), theory.conduction_mu(dilute)
     lines = [
         f"{number} grains of diameter d/L_x = {d:.6g}, restitution r = {r:.6g} (1-r^2 = {1.0 - r * r:.4g})",
         f"L = {deck.gas.L:.6g}, f = {mean:.6g}, K = {deck.gas.K:.6g}",
@@ -282,3 +286,6 @@ def scalars(summary: dict[str, Any]) -> dict[str, Any]:
 
 
 GRAINS = Engine(begin, GrainsKeeper, GrainsHistory)
+
+
+KIND = Kind(solve, describe, closing, scalars, resume)

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hydro.choices import KINDS
 from hydro.deck import Deck, dumps, load, parse, validate
 from hydro.deck.evolution import RunDeck
-from hydro.kinds.table import KINDS
 from hydro.output.dataset import open_run
 from hydro.output.folder import RunFolder
 

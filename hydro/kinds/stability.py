@@ -12,19 +12,17 @@ from hydro.check.regime import Grains, Place, Stripe, extended_or_none, position
 from hydro.deck import StabilityDeck, dumps
 from hydro.driver.trackers import StopOnSignal
 from hydro.errors import HydroError
-from hydro.gas import CLOSURES, Closure, Grossman
+from hydro.gas import Closure, Grossman
+from hydro.kinds.kind import Kind
 from hydro.output.folder import RunFolder
 from hydro.progress import counted
+from hydro.setup import gas_of
 from hydro.steady.extended import extended_state
 from hydro.steady.marginal import critical_aspect_ratio, tongue
 
 SECONDS_PER_STATE = 0.02  # a guess, good to a factor of two or three on one core of a current processor
 SECONDS_PER_TONGUE = 1.0
-
-
-def gas_of(deck: StabilityDeck, L: float) -> Closure:
-    """The deck's closure for one of its L; K makes no difference to densities."""
-    return CLOSURES[deck.gas.closure](L=L, K=1.0, alpha=deck.gas.alpha)
+K = 1.0  # makes no difference to densities
 
 
 @np.errstate(all="ignore")  # what is not a number ends as a failed search
@@ -57,10 +55,10 @@ def _fill(summary: dict[str, Any], deck: StabilityDeck, stop: StopOnSignal, titl
     places = list(product(wanted.L, wanted.area_fractions))
     for L, f in counted(places, title, quiet):
         stop.check(f"before L = {L:g}, f = {f:g}")
-        summary["rows"] += [{"L": L, **row} for row in rows(gas_of(deck, L), f, wanted.walls, wanted.waves)]
+        summary["rows"] += [{"L": L, **row} for row in rows(gas_of(deck, L=L, K=K), f, wanted.walls, wanted.waves)]
     for L, wall in counted(list(product(wanted.L, wanted.walls)), f"{title}, tongues", quiet):
         stop.check(f"before the tongue at L = {L:g}, {wall} wall")
-        found = tongue(gas_of(deck, L), wall)
+        found = tongue(gas_of(deck, L=L, K=K), wall)
         summary["tongues"].append({"L": L, "wall": wall, **vars(found)})
 
 
@@ -85,7 +83,7 @@ def describe(deck: StabilityDeck) -> list[str]:
         f"{states} extended states, {ratios} critical aspect ratio{'' if ratios == 1 else 's'} for each, "
         f"and {tongues} tongues: about {states * SECONDS_PER_STATE + tongues * SECONDS_PER_TONGUE:.0f} s",
     ]
-    return [*lines, *limits_of([gas_of(deck, L) for L in wanted.L]), *marked(deck)]
+    return [*lines, *limits_of([gas_of(deck, L=L, K=K) for L in wanted.L]), *marked(deck)]
 
 
 def limits_of(gases: list[Closure]) -> list[str]:
@@ -106,7 +104,7 @@ def marked(deck: StabilityDeck) -> list[str]:
     """Where the points lie that are to be marked, and how well the equations hold for the experiment, if it is one."""
     wanted, scaled = deck.stability, deck.scaled
     places = [Place(L, point.f, point.aspect_ratio) for L in wanted.L for point in wanted.points]
-    states = [extended_or_none(gas_of(deck, place.L), place.f) for place in places]
+    states = [extended_or_none(gas_of(deck, L=place.L, K=K), place.f) for place in places]
     lines = [position(states[k], places[k], wall) for k in range(len(places)) for wall in wanted.walls]
     if scaled is not None:
         lines += verdicts([Stripe(places[0], Grains.of_experiment(scaled), states[0])])
@@ -141,3 +139,6 @@ def _draw(summary: dict[str, Any], deck: StabilityDeck, folder: RunFolder) -> No
 
     points = [(point.f, point.aspect_ratio, point.label) for point in deck.stability.points]
     draw(folder.pictures / "marginal", summary["rows"], summary["tongues"], points)
+
+
+KIND = Kind(solve, describe, closing, scalars)

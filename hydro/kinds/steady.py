@@ -10,12 +10,12 @@ import numpy as np
 from hydro.check.regime import Place, regime
 from hydro.deck import SteadyDeck, dumps
 from hydro.errors import Complaint, DeckError
+from hydro.kinds.kind import Kind
 from hydro.observables import CLUSTERING
 from hydro.output.checkpoint import Checkpoint, write_checkpoint
 from hydro.output.folder import RunFolder
 from hydro.setup import gas_of, mesh_of, wall_of
 from hydro.state import State, inadmissible, worst_cell
-from hydro.steady import bifurcation  # noqa: F401  registers a search
 from hydro.steady.growth import Growth, growth_of, growth_rate, with_mode
 from hydro.steady.localized import SteadyState, steady_state
 
@@ -147,3 +147,6 @@ def closing(summary: dict[str, Any]) -> list[str]:
         rates = ", ".join(f"{rate:.4g}" for rate in sector["growth_rates"])
         lines.append(f"growth rates, {sector['sector']}: {rates}")
     return [*lines, "stable" if summary["stable"] else "unstable"]
+
+
+KIND = Kind(solve, describe, closing)

@@ -13,10 +13,10 @@ import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from hydro.choices import SCALES
 from hydro.deck.evolution import Movie
 from hydro.mesh import Mesh
 from hydro.observables.sets import Span
@@ -25,7 +25,6 @@ from hydro.pictures.history import curves
 from hydro.pictures.style import literally
 
 MAPS = {"gray": "gray_r"}  # colours that matplotlib knows by another name
-NORMS = {"linear": Normalize, "log": LogNorm}
 NARROWEST = 1e-3  # relative distance of the ends of a logarithmic scale
 
 # Pixels. A resolution that is a power of two makes inches of them without rounding.
@@ -137,7 +136,7 @@ class Map:
         self.image = axes.imshow(
             np.ones((height, width)),
             cmap=MAPS.get(look.colours, look.colours),
-            norm=NORMS[look.scale](*(limits or (0.1, 1.0))),
+            norm=SCALES[look.scale](*(limits or (0.1, 1.0))),
             extent=(0.0, 1.0, 0.0, mesh.aspect_ratio),
             origin="lower",
             interpolation="nearest",

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydro.mesh import Mesh
 from hydro.observables.general import extended
-from hydro.observables.sets import OBSERVABLES, Curve, Panel, Quantity, Span
+from hydro.observables.sets import Curve, Panel, Quantity, Span
 from hydro.state import State
 from hydro.walls.boundary import wall_heat
 
@@ -186,4 +186,3 @@ CLUSTERING = extended(
     ),
     span=Span("$n(0,y)$", "on the wall x = 0", wall_extremes, EXTREMES),
 )
-OBSERVABLES.add(CLUSTERING.name, CLUSTERING)

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydro.choices import OBSERVABLES
 from hydro.mesh import Mesh
-from hydro.registry import Registry
 from hydro.state import State
 
 Row = dict[str, Any]
@@ -141,11 +141,8 @@ class Observables:
         return f"t={row['time']:<8g} {'  '.join(told)}"
 
 
-OBSERVABLES: Registry[Observables] = Registry("set of observables")
-
-
 def observables_of(deck: Any) -> Observables:
-    """The set for the problem of a deck: of those that fit, the one that was entered last."""
+    """The set for the problem of a deck: of those that fit, the one that comes last."""
     return [each for _, each in OBSERVABLES.items() if each.fits(deck)][-1]
 
 

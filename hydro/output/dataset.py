@@ -17,7 +17,6 @@ from hydro.mesh import Mesh
 from hydro.output.checkpoint import FIELDS, checkpoint_times, read_field, read_labels
 from hydro.output.folder import RunFolder
 from hydro.output.history import read_rows
-from hydro.registry import Registry, UnknownName
 from hydro.setup import gas_of, grain_diameter, mesh_of
 from hydro.state import State
 
@@ -44,9 +43,6 @@ class Axis(NamedTuple):
     coordinates: dict[str, tuple[Any, ...]]
 
 
-AXES: Registry[Callable[[RunFolder, Any], Axis]] = Registry("kind of run")
-
-
 def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
     """The states of the run in the folder `path`, as an xarray Dataset that reads a field when it is needed.
 
@@ -65,10 +61,9 @@ def open_run(path: str | os.PathLike[str]) -> xr.Dataset:
 
     folder = RunFolder(Path(path))
     deck: Any = folder.load_deck()
-    try:
-        axis = AXES[deck.kind](folder, deck)
-    except UnknownName:
-        raise DeckError(f"{path} holds a run of kind {deck.kind!r}, which keeps no states", "run folder") from None
+    if deck.kind not in AXES:
+        raise DeckError(f"{path} holds a run of kind {deck.kind!r}, which keeps no states", "run folder")
+    axis = AXES[deck.kind](folder, deck)
     if not axis.files:
         raise CheckpointError(f"{path} has no checkpoints yet")
     mesh = mesh_of(deck)
@@ -138,8 +133,6 @@ def _lazily(files: Sequence[Path], name: str, mesh: Mesh) -> da.Array:
     return da.map_blocks(read, chunks=chunks, dtype=float, meta=np.empty((0, 0, 0)))
 
 
-@AXES.register("evolution")
-@AXES.register("grains")
 def _times(folder: RunFolder, deck: Any) -> Axis:
     times, troubles = checkpoint_times(folder.checkpoints)
     for trouble in troubles:
@@ -147,14 +140,12 @@ def _times(folder: RunFolder, deck: Any) -> Axis:
     return Axis("time", list(times), {"time": ("time", list(times.values()), _words("time", "L_x/T_*^(1/2)"))})
 
 
-@AXES.register("steady")
 def _states(folder: RunFolder, deck: Any) -> Axis:
     files = sorted(folder.checkpoints.glob("steady*.h5"))
     words = {"long_name": "the steady state, and it plus the leading mode of a symmetry"}
     return Axis("state", files, {"state": ("state", [file.stem for file in files], words)})
 
 
-@AXES.register("branch")
 def _points(folder: RunFolder, deck: Any) -> Axis:
     if deck.branch.parameter == "aspect_ratio":
         raise DeckError(
@@ -163,3 +154,12 @@ def _points(folder: RunFolder, deck: Any) -> Axis:
     rows = pd.read_csv(folder.points) if folder.points.exists() else pd.DataFrame()
     files = [folder.checkpoints / f"{number + 1:04d}.h5" for number in range(len(rows))]
     return Axis("point", files, {name: ("point", rows[name].to_numpy()) for name in rows})
+
+
+# What the states of a run follow each other in, by its kind.
+AXES: dict[str, Callable[[RunFolder, Any], Axis]] = {
+    "evolution": _times,
+    "grains": _times,
+    "steady": _states,
+    "branch": _points,
+}

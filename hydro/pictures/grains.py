@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
+from hydro.choices import GRAIN_COLOURS
 from hydro.grains.clusters import clusters
 from hydro.grains.dynamics import Dynamics
 from hydro.pictures.style import save
@@ -28,7 +28,7 @@ GREY = (0.5, 0.5, 0.5)  # of all other grains
 
 
 def draw(path: Path, grains: Dynamics, colour: str) -> None:
-    """All grains at the present time, in one of the ways to colour them that COLOURED lists."""
+    """All grains at the present time, in one of the ways to colour them that GRAIN_COLOURS lists."""
     length_y = grains.arena.length_y
     shape = min(max(length_y, LIMITS[0]), LIMITS[1])
     figure = Figure(figsize=(HEIGHT / max(shape, 1.0) + 1.5, HEIGHT * min(shape, 1.0) + 0.6), layout="constrained")
@@ -52,7 +52,7 @@ def show(axis: Axes, grains: Dynamics, colour: str) -> None:
     axis.set_xlabel("$x/L_x$")
     axis.set_ylabel("$y/L_x$")
     axis.set_title(f"{grains.number} grains, $t = {grains.time:g}$", fontsize=10)
-    COLOURED[colour](axis, disks, grains)
+    GRAIN_COLOURS[colour](axis, disks, grains)
 
 
 def disks_at(positions: np.ndarray, diameter: float) -> EllipseCollection:
@@ -80,6 +80,3 @@ def by_cluster(axis: Axes, disks: EllipseCollection, grains: Dynamics) -> None:
         names.append(f"{others}, others")
     dots = [Line2D([], [], linestyle="", marker="o", color=hue) for hue in palette[: len(names)]]
     axis.legend(dots, names, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="grains in clusters")
-
-
-COLOURED: dict[str, Callable[[Axes, EllipseCollection, Dynamics], None]] = {"speed": by_speed, "cluster": by_cluster}

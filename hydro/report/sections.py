@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from hydro.choices import KINDS
 from hydro.compare.subject import AUTO
 from hydro.driver.ledger import BALANCE
 from hydro.errors import DeckError, HydroError
-from hydro.kinds.table import KINDS
 from hydro.observables import Observables, observables_of
 from hydro.output.checkpoint import read_words
 from hydro.output.dataset import read_history

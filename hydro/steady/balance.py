@@ -11,13 +11,13 @@ Fluxes, cooling and the law of the wall are those of the evolution code, so that
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from hydro.choices import PARAMETERS
 from hydro.gas import Closure
 from hydro.gas.packing import density_at, gap_at
 from hydro.mesh import Mesh
@@ -157,12 +157,12 @@ class Balance:
 
     def parameters(self) -> tuple[str, ...]:
         """Area fraction, aspect ratio, and what the closure offers."""
-        return (*OWN_PARAMETERS, *self.gas.parameters())
+        return (*PARAMETERS, *self.gas.parameters())
 
     def with_parameter(self, name: str, value: float) -> Balance:
         """The problem for another value of one of its parameters."""
-        if name in OWN_PARAMETERS:
-            return OWN_PARAMETERS[name](self, value)
+        if name in PARAMETERS:
+            return PARAMETERS[name](self, value)
         return replace(self, gas=self.gas.with_parameter(name, value))
 
     @cached_property
@@ -212,10 +212,3 @@ def with_aspect_ratio(balance: Balance, value: float) -> Balance:
     """The problem in a box of another width; `value` is the aspect ratio of the balance's own mesh."""
     mesh = balance.mesh
     return balance.on(Mesh(mesh.x_faces, mesh.y_faces * (value / mesh.aspect_ratio)))
-
-
-# Parameters of the problem that are none of the closure's.
-OWN_PARAMETERS: dict[str, Callable[[Balance, float], Balance]] = {
-    "f": with_area_fraction,
-    "aspect_ratio": with_aspect_ratio,
-}

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from hydro.errors import RunFailed
 from hydro.steady.balance import Balance, Local
 from hydro.steady.continuation import Family, Point, follow
-from hydro.steady.localized import SEARCHES, extended_solution, ladder, refined, unit_cell
+from hydro.steady.localized import extended_solution, ladder, refined, unit_cell
 from hydro.steady.newton import Solution, solve
 from hydro.steady.problem import NotConverged
 
@@ -83,7 +83,6 @@ class ExtendedBranch:
         return Point(self.vector(value), direction / self.family.length(direction))
 
 
-@SEARCHES.register("branch")
 def first_on_branch(balance: Balance) -> Solution:
     """The first state on the branch from the nearest bifurcation in f: beyond a subcritical one, an unstable state."""
     meshes = ladder(balance.mesh)

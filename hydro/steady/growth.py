@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy import fft
 
-from hydro.initial import cosine_averages
+from hydro.initial.cosine import cosine_averages
 from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.steady.localized import SteadyState, unit_cell

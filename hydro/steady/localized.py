@@ -6,7 +6,6 @@ corner, and its mirror images in turn. So one half-wave is solved for and repeat
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -14,11 +13,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from hydro.choices import SEARCHES
 from hydro.errors import RunFailed
 from hydro.gas import Closure
 from hydro.gas.packing import density_at, log_void
 from hydro.mesh import Mesh
-from hydro.registry import Registry
 from hydro.state import State
 from hydro.steady.balance import Balance
 from hydro.steady.newton import Solution, relax, solve
@@ -28,8 +27,6 @@ COARSEST = 16  # cells along a side on which a state is looked for; finer meshes
 SEARCHED = 3  # meshes on which it is looked for: near a fold it may not exist on the coarsest
 PUSHES = (1.5, 0.5)  # of w toward one side, at the start
 UNIFORM = 1e-4  # variation of w along the wall x = 0 below which a state counts as uniform in y
-
-SEARCHES: Registry[Callable[[Balance], Solution]] = Registry("search")
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +94,6 @@ def chain(unknowns: np.ndarray, cell: Mesh, mesh: Mesh, shifted: bool) -> np.nda
     return np.append(np.concatenate([links[k % 2] for k in range(count)], axis=1), unknowns[-1])
 
 
-@SEARCHES.register("relaxation")
 def relaxed(balance: Balance) -> Solution:
     """The state that a gas pushed to y = 0 settles in, looked for on coarse meshes and refined."""
     meshes = ladder(balance.mesh)

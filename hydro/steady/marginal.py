@@ -20,9 +20,9 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from scipy.optimize import brentq, minimize_scalar
 
+from hydro.choices import WALL_CONDITIONS
 from hydro.errors import RunFailed
 from hydro.gas.closure import described
-from hydro.registry import Registry
 from hydro.steady.elements import ReferenceElement, reference_element
 from hydro.steady.extended import DENSE, ExtendedState, extended_state, joined
 from hydro.steady.uniform_pressure import UniformPressure
@@ -36,18 +36,13 @@ SCAN = 56  # how many area fractions that look takes
 NEAR = 0.02  # half-width in log f of the polynomial that places a minimum, its number of points
 POINTS = 9
 
-# What fixes phi at x=1: b of dphi/dxi = b phi, or None where phi = 0.
-WALL_CONDITIONS: Registry[Callable[[ExtendedState], float | None]] = Registry("wall")
 
-
-@WALL_CONDITIONS.register("vibrating")
 def vibrating(state: ExtendedState) -> float | None:
     """b = dw/dxi d log(eps^(1/2) H)/dw at the wall, Eq. (bound2)."""
     disks, w = UniformPressure.of(state.gas), state.profile.w[-1, -1]
     return float(state.profile.flux[-1, -1] / disks.conductance(w) * disks.wall_supply_slope(w))
 
 
-@WALL_CONDITIONS.register("thermal")
 def thermal(state: ExtendedState) -> float | None:
     """The temperature of the wall is fixed, and with it the density there."""
     return None

@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterator
 from itertools import groupby
 from typing import Any
 
+from hydro.choices import KINDS
 from hydro.deck import ConvergenceDeck, Deck
-from hydro.deck.campaigns import Changes
+from hydro.deck.studies import Changes
 from hydro.errors import HydroError
+from hydro.kinds.kind import Kind
 from hydro.output.checkpoint import Checkpoint, read_checkpoint
 from hydro.output.folder import RunFolder
 from hydro.progress import counted
@@ -188,8 +190,6 @@ def scalars(summary: dict[str, Any]) -> dict[str, Any]:
 
 def describe(deck: ConvergenceDeck) -> list[str]:
     """Lines on what will be run, for `check`: the levels, and the scales of the finest."""
-    from hydro.kinds.table import KINDS
-
     members = members_of(deck)
     for ladder in ladders(deck, members):
         check_nested([member.deck for member in ladder], deck.convergence.reference)
@@ -216,3 +216,6 @@ def closing(summary: dict[str, Any]) -> list[str]:
         bar = f"{entry['limit']:.6g} +- {entry['error']:.1g}"
         lines.append(f"{said_of(entry['variant'])}{entry['scalar']} tends to {bar}, {order}")
     return [*lines, f"{summary['wall_seconds']:.1f} s"]
+
+
+KIND = Kind(solve, describe, closing, scalars, resume=solve)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from hydro.choices import KINDS
 from hydro.deck import Deck, changed
-from hydro.deck.campaigns import Changes, ConvergenceDeck, SweepDeck
+from hydro.deck.studies import Changes, ConvergenceDeck, SweepDeck
 from hydro.output.folder import RunFolder
 
 
@@ -37,8 +38,6 @@ def run_member(deck: Deck, folder: RunFolder) -> dict[str, Any]:
     A run that is completed in the folder is not repeated, one that was begun there goes on from its newest checkpoint.
     A HydroError comes through, after what was good has been saved.
     """
-    from hydro.kinds.table import KINDS  # which has the kinds of studies too
-
     kept, room = completed(deck, folder), KINDS[deck.kind]
     if kept is not None:
         return kept
@@ -51,8 +50,6 @@ def run_member(deck: Deck, folder: RunFolder) -> dict[str, Any]:
 
 def scalars_of(deck: Deck, summary: dict[str, Any]) -> dict[str, Any]:
     """The numbers that describe a completed run, by the names that decks of its kind know; None where there is none."""
-    from hydro.kinds.table import KINDS
-
     found = KINDS[deck.kind].scalars(summary)
     return {name: found.get(name) for name in deck.scalars}
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydro.choices import REFERENCES
 from hydro.deck import Deck
 from hydro.errors import Complaint, DeckError
-from hydro.exact.evolution import exact_evolution
 from hydro.mesh import Mesh
 from hydro.output.checkpoint import FIELDS, Checkpoint
-from hydro.registry import Registry
 
 NAMES = tuple(name for name, _, _ in FIELDS)
 TOTAL = "total"
@@ -24,10 +23,6 @@ class Level(NamedTuple):
 
     deck: Deck
     end: Checkpoint
-
-
-# The conserved fields that level k is measured against, on its own mesh; None where there are none.
-REFERENCES: Registry[Callable[[Sequence[Level], int], np.ndarray | None]] = Registry("reference")
 
 
 def errors(levels: Sequence[Level], reference: str) -> list[dict[str, float | None]]:
@@ -44,20 +39,18 @@ def errors(levels: Sequence[Level], reference: str) -> list[dict[str, float | No
     return found
 
 
-@REFERENCES.register("exact")
 def exact(levels: Sequence[Level], k: int) -> np.ndarray | None:
     """The exact evolution from the initial state."""
     deck, end = levels[k]
-    return exact_evolution(deck)(end.mesh, end.time)
+    initial: Any = deck.initial  # type: ignore[attr-defined]
+    return initial.evolution(deck)(end.mesh, end.time)
 
 
-@REFERENCES.register("finest")
 def finest(levels: Sequence[Level], k: int) -> np.ndarray | None:
     """The last level."""
     return averages(levels[-1].end, levels[k].end.mesh) if k < len(levels) - 1 else None
 
 
-@REFERENCES.register("next")
 def following(levels: Sequence[Level], k: int) -> np.ndarray | None:
     """The next finer level."""
     return averages(levels[k + 1].end, levels[k].end.mesh) if k < len(levels) - 1 else None

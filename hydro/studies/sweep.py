@@ -8,9 +8,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hydro.choices import KINDS
 from hydro.deck import SweepDeck, dumps
-from hydro.deck.campaigns import Variation
+from hydro.deck.studies import Variation
 from hydro.errors import DeckError, RunFailed, Stopped
+from hydro.kinds.kind import Kind
 from hydro.output.folder import RunFolder
 from hydro.progress import expected
 from hydro.studies.cluster import Outcome, Start, client_of, outcomes, work
@@ -171,8 +173,6 @@ def text(value: Any) -> str:
 
 def describe(deck: SweepDeck) -> list[str]:
     """Lines on what will be run, for `check`: the axes, and the scales of the first member."""
-    from hydro.kinds.table import KINDS
-
     members = members_of(deck)
     axes = [f"{', '.join(axis.keys)}: {len(axis.changes)} values" for axis in deck.sweep.axes]
     first = members[0].deck
@@ -183,3 +183,6 @@ def closing(summary: dict[str, Any]) -> list[str]:
     """How many members are there."""
     done = sum(entry["completed"] for entry in summary["members"])
     return [f"{done} of {len(summary['members'])} members in {summary['wall_seconds']:.1f} s"]
+
+
+KIND = Kind(solve, describe, closing, resume=solve)

@@ -16,7 +16,7 @@ from hydro.state import State
 from hydro.terms import Friction
 from hydro.verification.claims import Findings, Table, at_least, at_most, measurement
 from hydro.verification.setups import ELASTIC, godunov, settle
-from hydro.walls import WALLS
+from hydro.walls import VibratingWall
 
 TOPIC = "Conservation and symmetry"
 GAS = Grossman(L=5e4, K=2e-3)
@@ -44,7 +44,7 @@ def ledger(full: bool) -> Findings:
     mesh = Mesh.rectangle((32, 64), DELTA)
     state = cosine(mesh)
     mass, energy = exact_sum(mesh, state.density), exact_sum(mesh, state.conserved[3])
-    given = march(state, godunov(mesh, GAS, WALLS["vibrating"](W), terms=[Friction(TAU)]), 20.0).ledger.amounts
+    given = march(state, godunov(mesh, GAS, VibratingWall(W), terms=[Friction(TAU)]), 20.0).ledger.amounts
     drift = abs(exact_sum(mesh, state.density) / mass - 1.0)
     change = exact_sum(mesh, state.conserved[3]) - energy
     missing = math.fsum([change, -given["wall"], given["collisions"], given["friction"]])
@@ -87,7 +87,7 @@ def mirror_difference(steps: int) -> float:
     runs = [uneven(mesh), uneven(mesh)]
     sign = np.array([1.0, 1.0, -1.0, 1.0])[:, None, None]
     runs[1].conserved = np.ascontiguousarray(sign * runs[1].conserved[:, :, ::-1])
-    march_together(runs, [godunov(mesh, GAS, WALLS["vibrating"](W), terms=[Friction(TAU)]) for _ in runs], steps)
+    march_together(runs, [godunov(mesh, GAS, VibratingWall(W), terms=[Friction(TAU)]) for _ in runs], steps)
     return float(np.max(np.abs(runs[0].conserved - sign * runs[1].conserved[:, :, ::-1])))
 
 
@@ -141,7 +141,7 @@ def steady_line(wall_strength: float, tolerance: float) -> State:
     gas = Grossman(L=5e4, K=2e-2)
     mesh = Mesh.rectangle((32, 4), 0.25)
     state = State.of(gas, mesh, AREA_FRACTION, 1.0)
-    integrator = godunov(mesh, gas, WALLS["vibrating"](wall_strength), terms=[Friction(20.0)])
+    integrator = godunov(mesh, gas, VibratingWall(wall_strength), terms=[Friction(20.0)])
     settle(integrator, state, 10.0, tolerance, 1500.0)
     return state
 

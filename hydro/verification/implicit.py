@@ -16,7 +16,7 @@ from hydro.driver.trackers import AtTimes
 from hydro.dynamics.integrator import Integrator
 from hydro.dynamics.lagrange import LagrangeRemap
 from hydro.gas import Grossman
-from hydro.initial import cosine_averages
+from hydro.initial.cosine import cosine_averages
 from hydro.mesh import Mesh
 from hydro.observables.clustering import wall_extremes
 from hydro.state import State

@@ -10,12 +10,11 @@ import itertools
 import math
 from typing import Any
 
+from hydro.choices import LIMITERS, RIEMANN_SOLVERS
 from hydro.driver.march import march
 from hydro.dynamics.godunov import Godunov
 from hydro.dynamics.integrator import Integrator
 from hydro.dynamics.lagrange import LagrangeRemap
-from hydro.dynamics.limiters import LIMITERS
-from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.exact import Manufactured
 from hydro.gas import Grossman
 from hydro.mesh import Mesh

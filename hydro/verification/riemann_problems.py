@@ -16,9 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from hydro.choices import LIMITERS, RIEMANN_SOLVERS
 from hydro.driver.march import march
-from hydro.dynamics.limiters import LIMITERS
-from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.exact import PrimitiveState, RiemannSolution, cell_averages, solve
 from hydro.mesh import Mesh
 from hydro.state import State

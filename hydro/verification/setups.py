@@ -13,10 +13,10 @@ from hydro.dynamics.integrator import Integrator
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
 from hydro.state import State
-from hydro.walls import WALLS
+from hydro.walls import ElasticWall
 
 IDEAL = Grossman(L=0.0, K=0.0)  # no conduction, no cooling
-ELASTIC = WALLS["elastic"]()
+ELASTIC = ElasticWall()
 ROUNDING = 1e-12  # relative, of sums of steps
 
 

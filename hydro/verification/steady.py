@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydro.choices import INTEGRATORS
 from hydro.driver.march import march
-from hydro.dynamics import INTEGRATORS
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
 from hydro.observables.clustering import wall_extremes

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from hydro.choices import INTEGRATORS
 from hydro.driver.march import march
-from hydro.dynamics.integrator import INTEGRATORS, Integrator
+from hydro.dynamics.integrator import Integrator
 from hydro.exact import LinearMode, Manufactured, cell_averages, linear_modes
 from hydro.gas import Grossman
 from hydro.mesh import Mesh

@@ -14,10 +14,9 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from hydro.choices import LIMITERS, RIEMANN_SOLVERS
 from hydro.driver.march import Run, advance, march
 from hydro.driver.trackers import EachStep
-from hydro.dynamics.limiters import LIMITERS
-from hydro.dynamics.riemann import RIEMANN_SOLVERS
 from hydro.exact import DensityWave, SimpleWave, cell_averages, isobaric_profile
 from hydro.mesh import Mesh
 from hydro.state import State

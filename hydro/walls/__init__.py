@@ -7,17 +7,10 @@ Taking the last cell's own values instead would be first-order accurate.
 
 from __future__ import annotations
 
-from typing import Any
-
-from hydro.registry import Registry
 from hydro.walls.elastic import ElasticWall
+from hydro.walls.law import WallLaw
 from hydro.walls.sides import Walls
 from hydro.walls.thermal import ThermalWall
 from hydro.walls.vibrating import VibratingWall
 
-__all__ = ["WALLS", "ElasticWall", "ThermalWall", "VibratingWall", "Walls"]
-
-WALLS: Registry[Any] = Registry("wall")
-WALLS.add("vibrating", VibratingWall)
-WALLS.add("thermal", ThermalWall)
-WALLS.add("elastic", ElasticWall)
+__all__ = ["ElasticWall", "ThermalWall", "VibratingWall", "WallLaw", "Walls"]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from hydro.methods import compiled_methods
+from hydro.schema import TaggedLaw
 
 
 class SmoothWall:
@@ -26,3 +27,12 @@ class ElasticWall(Nothing, SmoothWall):
     """No heat comes from it: it has no `face`, and integrators pass it over."""
 
     __slots__ = ()
+
+
+class Elastic(TaggedLaw):
+    """Lets no heat through; also the choice where x is periodic."""
+
+    kind: Literal["elastic"] = "elastic"
+
+    def law(self, **given: float) -> Any:
+        return ElasticWall()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
+
+from pydantic import Field
 
 from hydro.gas.conduction import face_conductivity
 from hydro.methods import compiled_methods
+from hydro.schema import Positive, TaggedLaw
 from hydro.walls.heated import HeatedFace
 
 
@@ -31,3 +34,12 @@ class ThermalWall(ThermalWallConstants, HeatedFace):
         """(d flux/dn, d flux/dT) of the last cell."""
         conducted_n, conducted_T, _ = self.conducted_slopes(gas, n, T, half_width, wall)
         return conducted_n, conducted_T
+
+
+class Thermal(TaggedLaw):
+    """Holds its temperature."""
+
+    made: ClassVar[Any] = ThermalWall
+
+    kind: Literal["thermal"] = "thermal"
+    temperature: Positive = Field(default=1.0, description="temperature of the wall, in T_*")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
 from hydro.gas.conduction import face_conductivity
 from hydro.methods import compiled_methods
+from hydro.schema import NonNegative, TaggedLaw
 from hydro.walls.heated import HeatedFace
 
 ITERATIONS = 50
@@ -73,3 +75,13 @@ class VibratingWall(VibratingWallConstants, HeatedFace):
         n_p, n_T = gas.density_slopes(gas.density(p, wall), wall)
         root = np.sqrt(wall)
         return self.strength * n_p * root, self.strength * (n_T * root + 0.5 * gas.density(p, wall) / root)
+
+
+class Vibrating(TaggedLaw):
+    """Feeds the heat kappa dT/dx = K W n T^(1/2), with n and T at the wall."""
+
+    kind: Literal["vibrating"] = "vibrating"
+    W: NonNegative = Field(default=114.0, title="vibration", description="K W = (2/pi)^(1/2) A^2 omega^2 / T_*")
+
+    def law(self, **given: float) -> Any:
+        return VibratingWall(strength=given["K"] * self.W)

@@ -25,6 +25,7 @@ from hydro.state import State
 
 FOLDER = Path(__file__).parents[3] / "output" / "grains_physics"
 GAMMA, ALPHA = 2.26, 1.15  # of the paper's closures
+DILUTE_CONDUCTIVITY = LAMBDA * ALPHA**2  # conductivity of the dilute gas over K T^(1/2)
 PAPER = math.sqrt(2.0 / math.pi)  # of q = (2/pi)^(1/2) A^2 omega^2 n T^(1/2)
 
 

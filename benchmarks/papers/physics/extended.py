@@ -20,7 +20,7 @@ from hydro.markdown import table
 from hydro.pictures.style import publish
 from hydro.steady.extended import ExtendedState, extended_state
 from hydro.walls import VibratingWall
-from physics.bench import ALPHA, GAMMA, Estimate, estimate, kept
+from physics.bench import ALPHA, DILUTE_CONDUCTIVITY, GAMMA, Estimate, estimate, kept
 from physics.enskog import Enskog
 
 DECK = Path(__file__).parents[3] / "problems" / "grains_extended.toml"
@@ -84,7 +84,7 @@ CASES = (
 )  # fmt: skip
 
 # L over that of the deck, and K over d/L_x, of hydrodynamics beside the grains
-MU_COOLING, MU_CONDUCTION = theory.cooling_mu(GAMMA), theory.conduction_mu(ALPHA)
+MU_COOLING, MU_CONDUCTION = theory.cooling_mu(GAMMA), theory.conduction_mu(DILUTE_CONDUCTIVITY)
 FAR = 0.4  # x beyond which there is gas, in the cases that differ in 1-r^2 alone
 SAME = 3  # cases from the first on that do
 SHOWN = (2, 3, 5, 7)  # cases that are drawn

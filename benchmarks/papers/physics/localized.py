@@ -23,12 +23,12 @@ from hydro.grains.fields import fields
 from hydro.grains.integrator import dynamics_of
 from hydro.grains.placement import number_of_grains
 from hydro.initial import initial_state
-from hydro.kinds.evolution import integrator_of
 from hydro.markdown import table
 from hydro.mesh import Mesh
 from hydro.movies.video import gif, mp4
 from hydro.observables.clustering import wall_extremes
 from hydro.pictures.style import publish
+from hydro.setup import integrator_of
 from hydro.state import State
 from hydro.steady.extended import extended_state
 from hydro.steady.localized import steady_state

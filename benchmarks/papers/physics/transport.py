@@ -14,7 +14,7 @@ from hydro.grains import theory
 from hydro.grains.placement import CLOSE_PACKING
 from hydro.markdown import table
 from hydro.pictures.style import publish
-from physics.bench import ALPHA, GAMMA, Estimate, box_of_grains, estimate, kept, mean_free_path
+from physics.bench import ALPHA, DILUTE_CONDUCTIVITY, GAMMA, Estimate, box_of_grains, estimate, kept, mean_free_path
 from physics.enskog import SONINE, Enskog
 from physics.slab import BINS, DEPTH, slab
 
@@ -176,8 +176,8 @@ def section(folder: Path) -> str:
         for n, (mu, _) in cooled.items() if n <= 0.1
     ])  # fmt: skip
     conduct = weighted([each["enskog"] for n, each in conducted.items() if n <= 0.1])
-    cool, conduct = (Estimate(each.value * mu, each.error * mu) for each, mu in
-                     ((cool, theory.cooling_mu(GAMMA)), (conduct, SONINE * theory.conduction_mu(ALPHA))))  # fmt: skip
+    weights = ((cool, theory.cooling_mu(GAMMA)), (conduct, SONINE * theory.conduction_mu(DILUTE_CONDUCTIVITY)))
+    cool, conduct = (Estimate(each.value * mu, each.error * mu) for each, mu in weights)
     words = {
         "cool": cool, "conduct": conduct, "ratio": conduct.value / cool.value, "cross": cross,
         "dilute": cool.value / conduct.value, "dense": cooling_theory(0.3) / conduction_theory(0.3),
@@ -221,7 +221,7 @@ def draw(cooled: dict[float, Any], conducted: dict[float, Any]) -> Figure:
     right.errorbar([each["n"].value for each in points], *zip(*(each["mu"] for each in points), strict=True),
                    color="tab:red", label="conduction", **look)  # fmt: skip
     right.plot([], [], color="0.4", linewidth=0.9, label="Enskog")
-    for level in (theory.cooling_mu(GAMMA), theory.conduction_mu(ALPHA)):
+    for level in (theory.cooling_mu(GAMMA), theory.conduction_mu(DILUTE_CONDUCTIVITY)):
         right.axhline(level, color="0.6", linestyle=":", linewidth=0.8, zorder=0)
     right.set_xlabel("$n/n_c$")
     right.set_ylabel(r"$\mu$")

@@ -6,29 +6,14 @@ import contextlib
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from hydro.deck.evolution import EvolutionDeck
-from hydro.deck.fields import Among, Flag, ListOr, OneOf, Positive, Section, Text, broken_rule, distinct
-from hydro.deck.grains import GrainsDeck
-from hydro.deck.initial import PATTERNS, Pattern
+from hydro.choices import INITIAL_STATES, KINDS, PATTERNS, REFERENCES
 from hydro.deck.sections import Deck, Range
-from hydro.deck.stability import StabilityDeck
-from hydro.deck.steady import BranchDeck, SteadyDeck
 from hydro.registry import nearest
-
-# Kinds of deck that stand for one problem each: what studies are made of.
-PROBLEMS: dict[str, type[Deck]] = {
-    "evolution": EvolutionDeck,
-    "steady": SteadyDeck,
-    "branch": BranchDeck,
-    "stability": StabilityDeck,
-    "grains": GrainsDeck,
-}
-# Names that decks use; the registry of the same things elsewhere holds exactly these.
-REFERENCES = ("exact", "finest", "next")
+from hydro.schema import Chosen, Flag, ListOr, Named, Positive, Section, Text, broken_rule, distinct
 
 MOST_MEMBERS = 100_000
 
@@ -94,44 +79,20 @@ def check_scalars(names: tuple[str, ...], base: Deck | None, key: str) -> None:
         raise broken_rule("must not repeat an item", key, names)
 
 
-class Rule(NamedTuple):
-    """What an exact solution needs of its evolution deck."""
-
-    key: str
-    holds: Callable[[EvolutionDeck], bool]
-    words: str
-
-
-IDEAL = Rule("gas.K", lambda deck: deck.gas.K == 0.0, "must be 0")
-ADIABATIC = Rule("gas.L", lambda deck: deck.gas.L == 0.0, "must be 0")
-FRICTIONLESS = Rule("gas.tau", lambda deck: deck.gas.tau == math.inf, "must be inf")
-PERIODIC = Rule("box.periodic", lambda deck: "x" in deck.box.periodic, 'must have "x"')
-CLOSED = Rule("box.periodic", lambda deck: deck.box.periodic == (), "must be empty")
-UNHEATED = Rule("wall.kind", lambda deck: deck.wall.kind == "elastic", "must be elastic")
-GIVEN_HEAT = Rule("wall.kind", lambda deck: deck.wall.kind != "thermal", "must be vibrating or elastic")
-AT_REST = Rule("initial.velocity", lambda deck: deck.initial.velocity == (0.0, 0.0), "must be [0, 0]")  # type: ignore[attr-defined]
-
-# By kind of the initial state, what makes the evolution from it exactly known.
-EXACT: dict[str, tuple[Rule, ...]] = {
-    "uniform": (UNHEATED, AT_REST),
-    "simple_wave": (IDEAL, FRICTIONLESS, PERIODIC),
-    "density_wave": (IDEAL, FRICTIONLESS, PERIODIC),
-    "eigenmode": (ADIABATIC, PERIODIC),
-    "manufactured": (GIVEN_HEAT, CLOSED),
-}
-
-
-def check_exact(base: Deck) -> None:
+def check_exact(base: Any) -> None:
     """Refuses a base deck whose evolution is not exactly known."""
-    if not isinstance(base, EvolutionDeck):
+    if base.kind != "evolution":
         raise broken_rule("must be 'evolution' for an exact reference", "base.kind", base.kind)
-    if base.initial.kind not in EXACT:
-        problem = f"must have an exact evolution; known: {', '.join(EXACT)}"
-        raise broken_rule(problem, "base.initial.kind", base.initial.kind)
-    for rule in EXACT[base.initial.kind]:
-        if not rule.holds(base):
-            problem = f"the exact evolution from {base.initial.kind!r} needs more: {rule.key} {rule.words}"
-            raise broken_rule(problem, f"base.{rule.key}")
+    needed = base.initial.exact_if
+    if needed is None:
+        known = [name for name, state in INITIAL_STATES.items() if state.exact_if is not None]
+        raise broken_rule(
+            f"must have an exact evolution; known: {', '.join(known)}", "base.initial.kind", base.initial.kind
+        )
+    for condition in needed:
+        if not condition.holds(base):
+            problem = f"the exact evolution from {base.initial.kind!r} needs more: {condition.key} {condition.words}"
+            raise broken_rule(problem, f"base.{condition.key}")
 
 
 def grid_sizes(cells: list[Any]) -> list[float]:
@@ -166,7 +127,7 @@ class Convergence(Section):
     variants: tuple[Variation, ...] = Field(
         default=(), description="what to repeat the ladder for, in all combinations: integrators, for example"
     )
-    reference: Annotated[Text, Among(REFERENCES)] = Field(
+    reference: Annotated[Text, Named(REFERENCES)] = Field(
         default="next",
         description="what errors are taken against: the exact evolution from the initial state, the finest level, or "
         "the next finer one",
@@ -211,7 +172,7 @@ class ConvergenceDeck(Deck):
     scalars: ClassVar[tuple[str, ...]] = ("order", "limit", "limit_error")
 
     kind: Literal["convergence"] = "convergence"
-    base: Annotated[Deck, OneOf({kind: PROBLEMS[kind] for kind in ("evolution", "steady")})] = Field(
+    base: Annotated[Deck, Chosen(KINDS, only=("evolution", "steady"))] = Field(
         description="The deck to study: a file beside this deck, or a section with its keys; "
         "in a section, `deck` may name a file that the other keys change"
     )
@@ -245,7 +206,7 @@ class Sweep(Section):
         description="whether a member starts from the last state of the one before along the last axis, its density "
         "changed to gas.f: for hysteresis",
     )
-    perturbation: Annotated[Pattern | None, OneOf(PATTERNS)] = Field(
+    perturbation: Annotated[Any | None, Chosen(PATTERNS)] = Field(
         default=None, description="Relative change of the density with which the members of a chain start"
     )
     draw: tuple[Text, ...] = Field(
@@ -254,7 +215,7 @@ class Sweep(Section):
 
     @field_validator("perturbation")
     @classmethod
-    def _check_perturbation(cls, perturbation: Pattern | None, info: ValidationInfo) -> Pattern | None:
+    def _check_perturbation(cls, perturbation: Any, info: ValidationInfo) -> Any:
         if perturbation is not None and not info.data.get("chain", True):
             raise broken_rule("only the members of a chain are perturbed: set sweep.chain")
         return perturbation
@@ -264,7 +225,7 @@ class SweepDeck(Deck):
     """Runs of a base deck with some of its keys varied, on the cores of this machine or on a cluster."""
 
     kind: Literal["sweep"] = "sweep"
-    base: Annotated[Deck, OneOf({**PROBLEMS, "convergence": ConvergenceDeck})] = Field(
+    base: Annotated[Deck, Chosen(KINDS, only=tuple(kind for kind in KINDS if kind != "sweep"))] = Field(
         description="The deck to vary: a file beside this deck, or a section with its keys; "
         "in a section, `deck` may name a file that the other keys change"
     )
@@ -276,7 +237,7 @@ class SweepDeck(Deck):
         base = info.data.get("base")
         check_variations(sweep.axes, "sweep.axes")
         check_scalars(sweep.draw, base, "sweep.draw")
-        if base is not None and sweep.chain and not isinstance(base, EvolutionDeck):
+        if base is not None and sweep.chain and base.kind != "evolution":
             raise broken_rule("must be 'evolution' for a chain", "base.kind", base.kind)
         return sweep
 
