@@ -45,6 +45,66 @@ def unknown_choice(value: object, known: Iterable[str], key: str = "", problem: 
     return PydanticCustomError("unknown_choice", "unknown choice", context)
 
 
+def within_reach(value: float) -> float:
+    """Validates a number that formulas can multiply with others like it without leaving the floating-point numbers."""
+    if value and math.isfinite(value) and not SMALLEST <= abs(value) <= LARGEST:
+        raise broken_rule(f"must be zero or of a size between {SMALLEST:g} and {LARGEST:g}")
+    return value
+
+
+def increasing(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Validates numbers of which each is greater than the one before."""
+    if any(after <= before for before, after in pairwise(values)):
+        raise broken_rule("must increase from item to item")
+    return values
+
+
+def distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Validates a list, possibly empty, without repetitions."""
+    if len(set(values)) < len(values):
+        raise broken_rule("must not repeat an item")
+    return values
+
+
+def some_distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Validates a list with an item or more, without repetitions."""
+    if not values:
+        raise broken_rule("must have an item")
+    return distinct(values)
+
+
+def file_name(name: str) -> str:
+    """Validates what could be the name of a file."""
+    if not name or not name.isprintable():
+        raise broken_rule("must be the name of a file")
+    return name
+
+
+def same_length(values: tuple[float, ...], other: str, info: ValidationInfo) -> None:
+    """Refuses a list that is not as long as the key `other`, declared before it."""
+    expected = len(info.data.get(other, values))
+    if len(values) != expected:
+        raise broken_rule(f"must have as many items as {other}, {expected}")
+
+
+Number = Annotated[float, Strict(), AfterValidator(within_reach)]
+Positive = Annotated[Number, Field(gt=0)]
+NonNegative = Annotated[Number, Field(ge=0)]
+Density = Annotated[Number, Field(gt=0, lt=1)]
+Text = Annotated[str, Strict()]
+Flag = Annotated[bool, Strict()]
+Axis = Literal["x", "y"]
+Cells = Annotated[int, Strict(), Field(ge=4, le=16384)]
+Wave = Annotated[int, Strict(), Field(ge=0, le=16384)]
+HalfWaves = Annotated[int, Strict(), Field(ge=1, le=16384)]
+Axes = Annotated[tuple[Axis, ...], AfterValidator(distinct)]
+Increasing = AfterValidator(increasing)
+FileName = Annotated[Text, AfterValidator(file_name)]
+Vector = tuple[Number, Number]
+Primitive = tuple[Density, Number, Positive]
+PLAIN: dict[Any, Any] = {float: Number, int: Annotated[int, Strict()], bool: Flag}  # what plain types stand for
+
+
 @dataclass(frozen=True)
 class Named:
     """Marks a text that must be a name in `table`."""
@@ -195,66 +255,6 @@ def section_of_fields(law: Any, shared: type[Law]) -> type[Section]:
         ) from None
     model.made = law
     return model
-
-
-def within_reach(value: float) -> float:
-    """Validates a number that formulas can multiply with others like it without leaving the floating-point numbers."""
-    if value and math.isfinite(value) and not SMALLEST <= abs(value) <= LARGEST:
-        raise broken_rule(f"must be zero or of a size between {SMALLEST:g} and {LARGEST:g}")
-    return value
-
-
-def increasing(values: tuple[float, ...]) -> tuple[float, ...]:
-    """Validates numbers of which each is greater than the one before."""
-    if any(after <= before for before, after in pairwise(values)):
-        raise broken_rule("must increase from item to item")
-    return values
-
-
-def distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Validates a list, possibly empty, without repetitions."""
-    if len(set(values)) < len(values):
-        raise broken_rule("must not repeat an item")
-    return values
-
-
-def some_distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Validates a list with an item or more, without repetitions."""
-    if not values:
-        raise broken_rule("must have an item")
-    return distinct(values)
-
-
-def file_name(name: str) -> str:
-    """Validates what could be the name of a file."""
-    if not name or not name.isprintable():
-        raise broken_rule("must be the name of a file")
-    return name
-
-
-def same_length(values: tuple[float, ...], other: str, info: ValidationInfo) -> None:
-    """Refuses a list that is not as long as the key `other`, declared before it."""
-    expected = len(info.data.get(other, values))
-    if len(values) != expected:
-        raise broken_rule(f"must have as many items as {other}, {expected}")
-
-
-Number = Annotated[float, Strict(), AfterValidator(within_reach)]
-Positive = Annotated[Number, Field(gt=0)]
-NonNegative = Annotated[Number, Field(ge=0)]
-Density = Annotated[Number, Field(gt=0, lt=1)]
-Text = Annotated[str, Strict()]
-Flag = Annotated[bool, Strict()]
-Axis = Literal["x", "y"]
-Cells = Annotated[int, Strict(), Field(ge=4, le=16384)]
-Wave = Annotated[int, Strict(), Field(ge=0, le=16384)]
-HalfWaves = Annotated[int, Strict(), Field(ge=1, le=16384)]
-Axes = Annotated[tuple[Axis, ...], AfterValidator(distinct)]
-Increasing = AfterValidator(increasing)
-FileName = Annotated[Text, AfterValidator(file_name)]
-Vector = tuple[Number, Number]
-Primitive = tuple[Density, Number, Positive]
-PLAIN: dict[Any, Any] = {float: Number, int: Annotated[int, Strict()], bool: Flag}  # what plain types stand for
 
 
 def choice_of(model: type[Section], key: str) -> Chosen | None:

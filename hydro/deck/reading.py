@@ -30,7 +30,8 @@ def parse(text: str, overrides: Iterable[str] = (), source: str = "deck", folder
 
     Base decks and files of a user's own are looked for in `folder`.
     """
-    data, beside = _data(text, source), folder or Path()
+    beside = folder or Path()
+    data = _anchored(_data(text, source), beside)
     complaints = [*_include(data, DECKS, beside), *override(data, overrides)]
     return validate(_anchored(data, beside), source, complaints)
 
@@ -71,9 +72,8 @@ def _include(data: dict[str, Any], choice: Chosen, folder: Path) -> list[Complai
         return []
     path = folder / name
     source = f"base {printable(str(path))}"
-    inner = _data(_read(path, source), source)
+    inner = _anchored(_data(_read(path, source), source), path.parent)
     complaints = _include(inner, inside, path.parent)
-    inner = _anchored(inner, path.parent)
     if isinstance(base, dict):
         complaints += put_all(inner, [(keys, value) for keys, value in _settings(base) if keys != ("deck",)])
     data["base"] = inner
