@@ -1,9 +1,9 @@
-"""hydro: time-dependent compressible granular hydrodynamics."""
+"""hydro: a laboratory of granular gases. Hydrodynamics, steady states, stability and the grains, from one deck."""
 
 import importlib
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = ["march", "open_run", "open_sweep", "read_history", "run"]
 
 HOMES = {
