@@ -75,6 +75,11 @@ PATTERNS: Registry[Any] = Registry(
     asks="hydro.initial.state:Pattern",
 )
 
+# Terms of the equations beside flow and heat. Of a term with a section of its own, decks have a section of its name.
+TERMS: Registry[Any] = Registry(
+    "term", {"friction": "hydro.terms.friction:Friction", "viscosity": "hydro.terms.viscosity:Viscosity"}
+)
+
 # How to step in time: `time.integrator`, `scheme.limiter`, `scheme.riemann`.
 INTEGRATORS: Registry[Any] = Registry(
     "integrator",

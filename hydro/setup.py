@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hydro.choices import INTEGRATORS
+from hydro.choices import INTEGRATORS, TERMS
 from hydro.gas import Closure
 from hydro.mesh import Mesh
 from hydro.state import State
@@ -31,9 +31,8 @@ def wall_of(deck: Any) -> Any:
 
 def terms_of(deck: Any) -> list[Any]:
     """The terms beside flow and heat: those that the deck names, and those of its initial state."""
-    from hydro.terms import TERMS  # they wait for the compiler
-
-    return [*(term.of(deck) for term in TERMS), *deck.initial.terms(deck)]
+    named = (TERMS[name].of(deck) for name in TERMS)
+    return [*(term for term in named if term is not None), *deck.initial.terms(deck)]
 
 
 def grain_diameter(deck: Any) -> float:

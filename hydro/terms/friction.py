@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
 from hydro.accounts import FRICTION
 from hydro.terms.term import Term
@@ -17,7 +17,7 @@ class Friction(Term):
         self.tau = tau
 
     @classmethod
-    def of(cls, deck: Any) -> Friction:
+    def of(cls, deck: Any) -> Self:
         """That of the deck."""
         return cls(deck.gas.tau)
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
 from hydro.accounts import Account
-from hydro.gas import Closure
-from hydro.mesh import Faces, Mesh
-from hydro.state import State
-from hydro.walls.boundary import Boundary
+
+if TYPE_CHECKING:  # these wait for the compiler; a deck that names a term does not
+    from hydro.gas import Closure
+    from hydro.mesh import Faces, Mesh
+    from hydro.state import State
+    from hydro.walls.boundary import Boundary
 
 
 class Stress(Protocol):
@@ -38,6 +40,11 @@ class Term:
     """
 
     account: Account | None = None
+
+    @classmethod
+    def of(cls, deck: Any) -> Self | None:
+        """The term as a deck has it; None where it has none."""
+        return None
 
     def drag_rate(self) -> float:
         """The rate at which it slows the flow down, per scaled time; constant."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -22,7 +22,7 @@ class Viscosity(Term):
         self.factor = factor
 
     @classmethod
-    def of(cls, deck: Any) -> Viscosity:
+    def of(cls, deck: Any) -> Self:
         """That of the deck."""
         return cls(deck.gas.viscosity)
 
