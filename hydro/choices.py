@@ -75,7 +75,8 @@ PATTERNS: Registry[Any] = Registry(
     asks="hydro.initial.state:Pattern",
 )
 
-# Terms of the equations beside flow and heat. Of a term with a section of its own, decks have a section of its name.
+# Terms of the equations beside flow and heat. Where a section stands beside a term, decks of evolutions have a section
+# of its name.
 TERMS: Registry[Any] = Registry(
     "term", {"friction": "hydro.terms.friction:Friction", "viscosity": "hydro.terms.viscosity:Viscosity"}
 )

@@ -65,6 +65,10 @@ class Registry(Mapping[str, T]):
         entry = None if self.admits(name) else self._entry(name)
         return loaded(entry.section) if isinstance(entry, Entry) else self[name]
 
+    def with_sections(self) -> list[str]:
+        """Names of the things beside which a section stands."""
+        return [name for name, entry in self._entries.items() if isinstance(entry, Entry)]
+
     def admits(self, name: str) -> bool:
         """Whether a name stands for a part of a user's own, which decks may use here."""
         return bool(self.asks) and is_own(name)

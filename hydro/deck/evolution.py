@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, cast
 
-from pydantic import Field, Strict, ValidationInfo, field_validator
+from pydantic import Field, Strict, ValidationInfo, create_model, field_validator
 
-from hydro.choices import CLOSURES, INITIAL_STATES, INTEGRATORS, LIMITERS, RIEMANN_SOLVERS, SCALES, WALLS
+from hydro.choices import CLOSURES, INITIAL_STATES, INTEGRATORS, LIMITERS, RIEMANN_SOLVERS, SCALES, TERMS, WALLS
 from hydro.deck.sections import Box, ExperimentDeck, Gas, Mesh
 from hydro.schema import (
     Chosen,
@@ -202,6 +202,18 @@ class ViscousGas(Gas):
     )
 
 
+D = TypeVar("D", bound=type[Section])
+
+
+def with_terms(model: D) -> D:
+    """The model of a deck, with a section for each term that has one; it need not be given."""
+    sections: dict[str, Any] = {name: (TERMS.section(name) | None, None) for name in TERMS.with_sections()}
+    if not sections:
+        return model
+    return cast(D, create_model(model.__name__, __base__=model, __doc__=model.__doc__, **sections))
+
+
+@with_terms
 class EvolutionDeck(RunDeck):
     """Evolution of the gas in time from an initial state."""
 
