@@ -209,8 +209,10 @@ Fig. 4 on {nx} x {2 * nx} cells, {steps} steps after the first 20, {count:.1f} i
 
 def assembled(level: Level) -> sparse.csc_matrix:
     """The matrix of a level: unknowns are pressures, then temperatures, of the cells in order."""
-    s, (nx, ny) = level.stencil.astype(float).swapaxes(0, 1), level.shape
-    mass_x, mass_y = (faces[:, multigrid.MASS].astype(float) for faces in (level.faces_x, level.faces_y))
+    s, (nx, ny) = level.equations.stencil.astype(float).swapaxes(0, 1), level.shape
+    mass_x, mass_y = (
+        faces[:, multigrid.MASS].astype(float) for faces in (level.equations.faces_x, level.equations.faces_y)
+    )
     here = np.arange(nx * ny).reshape(nx, ny)
     m = stencil
     below_x, above_x, below_y, above_y = (np.roll(here, k, a) for a in (0, 1) for k in (1, -1))

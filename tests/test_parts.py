@@ -17,6 +17,8 @@ from hydro.deck import parse
 from hydro.driver.march import Run, advance, march
 from hydro.driver.trackers import EachStep
 from hydro.dynamics import Godunov, LagrangeRemap, StepRejected, multigrid
+from hydro.dynamics.multigrid.hierarchy import dense
+from hydro.dynamics.multigrid.stencil import build
 from hydro.gas import Grossman
 from hydro.initial import initial_state
 from hydro.initial.cosine import cosine_averages
@@ -344,15 +346,16 @@ def test_multigrid_solves_the_equations_of_the_implicit_step(stretch, periodic):
     rng = np.random.default_rng(5)
     hierarchy = multigrid.Hierarchy(Mesh.rectangle((12, 10), 1.3, stretch, periodic))
     finest = hierarchy.levels[0]
-    finest.local[:] = rng.uniform(0.1, 0.2, finest.local.shape) * np.array([1.0, -0.3, 0.3, 1.0])[:, None]
-    for axis, faces in enumerate((finest.faces_x, finest.faces_y)):
+    local, sides = finest.equations.local, (finest.equations.faces_x, finest.equations.faces_y)
+    local[:] = rng.uniform(0.1, 0.2, local.shape) * np.array([1.0, -0.3, 0.3, 1.0])[:, None]
+    for axis, faces in enumerate(sides):
         faces[:, :3] = rng.uniform(0.5, 1.0, faces[:, :3].shape)
         faces[:, 3:] = 0.05 * rng.standard_normal(faces[:, 3:].shape)
         if not periodic[axis]:
             faces[0 if axis == 0 else (slice(None), slice(None), 0)] = 0.0
-    multigrid.build(*finest.equations())
+    build(finest.equations)
     hierarchy.prepare()
-    matrix = multigrid.dense(finest)
+    matrix = dense(finest)
     wanted = rng.standard_normal(finest.right.size)
     right, found = matrix @ wanted, np.zeros(finest.right.size)
     for _ in range(25):

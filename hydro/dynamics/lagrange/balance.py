@@ -49,10 +49,7 @@ def balance(geometry, sides, P, T, h, drag, work, right):
     for i in range(P.shape[0]):
         low, high = flux_lines(geometry, sides, P, T, h, slow, work, i)
         cell_momenta(work.lines, low, high, P.shape[1])
-        balance_row(
-            work.density[i], work.cooling[i], T[i], work.base[N, i], work.base[E, i],
-            geometry.scale[i] * geometry.dx[i], geometry.dy, h, drag, work.lines, low, high, right[i, 0], right[i, 1],
-        )  # fmt: skip
+        balance_row(geometry, T[i], h, drag, work, low, high, i, right[i])
 
 
 @part(exact=True)
@@ -73,28 +70,20 @@ def flux_lines(geometry, sides, P, T, h, slow, work, i):
 @part(exact=True)
 def flux_across(geometry, P, T, h, slow, work, i, side):
     """Momentum, mass, energy and heat through the faces in x below row i, into the lines from `side` on."""
-    here, behind = i % P.shape[0], i - 1
-    face_row(
-        P[behind], P[here], T[behind], T[here], work.kappa[behind], work.kappa[here], work.momentum.x[i],
-        work.carried_x[MASS, i], work.carried_x[ENERGY, i], geometry.aperture_x[geometry.pattern_x[i]],
-        geometry.inverse_x[i], geometry.inverse_x[i] * geometry.scale_x[i], geometry.dy, h, slow, work.lines, side,
-    )  # fmt: skip
-
-
-@part(exact=True)
-def face_row(
-    P, P_high, T, T_high, kappa, kappa_high, before, mass_along, energy_along, aperture, inverse, weight, dy, h, slow,
-    lines, side,
-):  # fmt: skip
-    """The same for two rows of cells by their fields: only so do loops over them use vector instructions."""
+    here, behind, lines = i % P.shape[0], i - 1, work.lines
     momentum, mass = lines[side + MOMENTUM_LINE], lines[side + MASS_LINE]
     energy, heat = lines[side + ENERGY_LINE], lines[side + HEAT_LINE]
-    for j in range(np.uint64(P.size)):
-        pushed = aperture[j] * (slow * (before[j] - h * (P_high[j] - P[j]) * inverse))
+    P_low, P_high, T_low, T_high = P[behind], P[here], T[behind], T[here]
+    kappa_low, kappa_high, before = work.kappa[behind], work.kappa[here], work.momentum.x[i]
+    mass_along, energy_along = work.carried_x[MASS, i], work.carried_x[ENERGY, i]
+    dy, aperture = geometry.dy, geometry.aperture_x[geometry.pattern_x[i]]
+    inverse, weight = geometry.inverse_x[i], geometry.inverse_x[i] * geometry.scale_x[i]
+    for j in range(np.uint64(dy.size)):
+        pushed = aperture[j] * (slow * (before[j] - h * (P_high[j] - P_low[j]) * inverse))
         momentum[j] = pushed
         mass[j] = mass_along[j] * pushed
         energy[j] = energy_along[j] * pushed
-        heat[j] = aperture[j] * conducted_heat(weight * dy[j], kappa[j], kappa_high[j], T[j], T_high[j])
+        heat[j] = aperture[j] * conducted_heat(weight * dy[j], kappa_low[j], kappa_high[j], T_low[j], T_high[j])
 
 
 @part(exact=True)
@@ -156,12 +145,14 @@ def cell_momenta(lines, low, high, count):
 
 
 @part(exact=True)
-def balance_row(density, cooling, T, base_n, base_e, width, dy, h, drag, lines, low, high, right_n, right_e):
-    """One row of cells."""
+def balance_row(geometry, T, h, drag, work, low, high, i, right):
+    """Row i, into `right` (2, ny), from the lines of its faces at `low` and `high`."""
+    lines, density, cooling = work.lines, work.density[i], work.cooling[i]
     mass_l, energy_l, heat_l = lines[low + MASS_LINE], lines[low + ENERGY_LINE], lines[low + HEAT_LINE]
     mass_h, energy_h, heat_h = lines[high + MASS_LINE], lines[high + ENERGY_LINE], lines[high + HEAT_LINE]
     mass_y, energy_y, heat_y = lines[ALONG + MASS_LINE], lines[ALONG + ENERGY_LINE], lines[ALONG + HEAT_LINE]
-    in_x, in_y = lines[CELL_MOMENTUM], lines[CELL_MOMENTUM + 1]
+    in_x, in_y, base_n, base_e = lines[CELL_MOMENTUM], lines[CELL_MOMENTUM + 1], work.base[N, i], work.base[E, i]
+    width, dy, right_n, right_e = geometry.scale[i] * geometry.dx[i], geometry.dy, right[0], right[1]
     for j in range(np.uint64(T.size)):
         area = width * dy[j]
         mass = (mass_h[j] - mass_l[j]) + (mass_y[j + ONE] - mass_y[j])

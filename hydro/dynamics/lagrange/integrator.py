@@ -215,7 +215,7 @@ class LagrangeRemap(Integrator):
             balance(geometry, sides, P, T, h, drag, work, finest.right)
             if iteration == 0:
                 self.boundary.give_slopes(*self._beside_walls())
-                find_jacobian(self.gas, geometry, sides, T, h, drag, work, *finest.equations())
+                find_jacobian(self.gas, geometry, sides, T, h, drag, work, finest.equations)
                 self._hierarchy.prepare()
             self._hierarchy.cycle()
             before, change = change, correct(finest.unknowns, P, T)

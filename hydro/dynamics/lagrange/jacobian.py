@@ -14,32 +14,27 @@ ZERO, ONE = np.uint64(0), np.uint64(1)
 
 
 @kernel(exact=True)
-def find_jacobian(gas, geometry, sides, T, h, drag, work, local, faces_x, faces_y, stencil):
+def find_jacobian(gas, geometry, sides, T, h, drag, work, equations):
     """Local terms, couplings and stencils of the balances, after `balance` and the walls' slopes."""
     nx = T.shape[0]
     push = h * h / (1.0 + h * drag)
     for i in range(nx):
-        local_row(
-            gas, work.density[i], T[i], geometry.scale[i] * geometry.dx[i], geometry.dy, h, local[i, 0], local[i, 1],
-            local[i, 2], local[i, 3], work.kappa_slopes[0, i], work.kappa_slopes[1, i],
-        )  # fmt: skip
-    couple_sides(gas, geometry, sides, T, h, work, local)
+        local_row(gas, geometry, T[i], h, work, equations.local[i], i)
+    couple_sides(gas, geometry, sides, T, h, work, equations.local)
     for i in range(nx):
-        couple_across(
-            T[i - 1], T[i], work.kappa[i - 1], work.kappa[i], work.kappa_slopes[0, i - 1], work.kappa_slopes[0, i],
-            work.kappa_slopes[1, i - 1], work.kappa_slopes[1, i], work.carried_x[MASS, i], work.carried_x[ENERGY, i],
-            geometry.aperture_x[geometry.pattern_x[i]], push * geometry.inverse_x[i],
-            h * geometry.inverse_x[i] * geometry.scale_x[i], geometry.dy, faces_x, i,
-        )  # fmt: skip
-        couple_along(geometry, T[i], work, push, h, faces_y, i)
+        couple_across(geometry, T[i - 1], T[i], work, push, h, equations.faces_x[i], i)
+        couple_along(geometry, T[i], work, push, h, equations.faces_y[i], i)
         if i > 0:
-            multigrid.build_row(local, faces_x, faces_y, i - 1, stencil)
-    multigrid.build_row(local, faces_x, faces_y, nx - 1, stencil)
+            multigrid.build_row(equations, i - 1)
+    multigrid.build_row(equations, nx - 1)
 
 
 @part(exact=True)
-def local_row(gas, density, T, width, dy, h, l11, l12, l21, l22, kappa_P, kappa_T):
-    """Local terms of one row of cells, and the slopes of its conductivities in P and in T."""
+def local_row(gas, geometry, T, h, work, local, i):
+    """Local terms (4, ny) of row i, and the slopes of its conductivities in P and in T."""
+    width, dy, density = geometry.scale[i] * geometry.dx[i], geometry.dy, work.density[i]
+    l11, l12, l21, l22 = local[0], local[1], local[2], local[3]
+    kappa_P, kappa_T = work.kappa_slopes[0, i], work.kappa_slopes[1, i]
     for j in range(np.uint64(density.size)):
         area, n, here = width * dy[j], density[j], T[j]
         n_P, n_T = gas.density_slopes(n, here)
@@ -73,15 +68,18 @@ def couple_side(gas, n, T, share, side, k, local, i, j):
 
 
 @part(exact=True)
-def couple_across(
-    Ta, Tb, ka, kb, ka_P, kb_P, ka_T, kb_T, mass_along, energy_along, aperture, push, weight, dy, faces, i
-):  # fmt: skip
-    """Couplings across the faces in x between two rows of cells, by their fields, for vector instructions."""
-    mass, energy_p, energy_t = faces[i, multigrid.MASS], faces[i, multigrid.ENERGY_P], faces[i, multigrid.ENERGY_T]
-    drift_pa, drift_pb = faces[i, multigrid.DRIFT_PA], faces[i, multigrid.DRIFT_PB]
-    drift_ta, drift_tb = faces[i, multigrid.DRIFT_TA], faces[i, multigrid.DRIFT_TB]
+def couple_across(geometry, Ta, Tb, work, push, h, faces, i):
+    """Couplings (COUPLINGS, ny) across the faces in x below row i; Ta, Tb: temperatures of row i-1 and row i."""
+    mass, energy_p, energy_t = faces[multigrid.MASS], faces[multigrid.ENERGY_P], faces[multigrid.ENERGY_T]
+    drift_pa, drift_pb = faces[multigrid.DRIFT_PA], faces[multigrid.DRIFT_PB]
+    drift_ta, drift_tb = faces[multigrid.DRIFT_TA], faces[multigrid.DRIFT_TB]
+    ka, kb, slopes = work.kappa[i - 1], work.kappa[i], work.kappa_slopes
+    ka_P, kb_P, ka_T, kb_T = slopes[0, i - 1], slopes[0, i], slopes[1, i - 1], slopes[1, i]
+    mass_along, energy_along = work.carried_x[MASS, i], work.carried_x[ENERGY, i]
+    dy, aperture = geometry.dy, geometry.aperture_x[geometry.pattern_x[i]]
+    near, weight = push * geometry.inverse_x[i], h * geometry.inverse_x[i] * geometry.scale_x[i]
     for j in range(np.uint64(Ta.size)):
-        mass[j], energy_p[j] = push * mass_along[j], push * energy_along[j]
+        mass[j], energy_p[j] = near * mass_along[j], near * energy_along[j]
         share = weight * dy[j] * aperture[j]
         lever = conducted_slope(share, Ta[j], Tb[j])
         energy_t[j] = face_conductance(share, ka[j], kb[j])
@@ -91,10 +89,10 @@ def couple_across(
 
 @part(exact=True)
 def couple_along(geometry, T, work, push, h, faces, i):
-    """Couplings across the faces in y of row i."""
-    mass, energy_p, energy_t = faces[i, multigrid.MASS], faces[i, multigrid.ENERGY_P], faces[i, multigrid.ENERGY_T]
-    drift_pa, drift_pb = faces[i, multigrid.DRIFT_PA], faces[i, multigrid.DRIFT_PB]
-    drift_ta, drift_tb = faces[i, multigrid.DRIFT_TA], faces[i, multigrid.DRIFT_TB]
+    """Couplings (COUPLINGS, ny) across the faces in y of row i."""
+    mass, energy_p, energy_t = faces[multigrid.MASS], faces[multigrid.ENERGY_P], faces[multigrid.ENERGY_T]
+    drift_pa, drift_pb = faces[multigrid.DRIFT_PA], faces[multigrid.DRIFT_PB]
+    drift_ta, drift_tb = faces[multigrid.DRIFT_TA], faces[multigrid.DRIFT_TB]
     kappa, kappa_P, kappa_T = work.kappa[i], work.kappa_slopes[0, i], work.kappa_slopes[1, i]
     mass_along, energy_along = work.carried_y[MASS, i], work.carried_y[ENERGY, i]
     over_scale, aperture = 1.0 / geometry.scale[i], geometry.aperture_y[geometry.pattern_y[i]]

@@ -89,11 +89,7 @@ def carry_across(gas, limiter, geometry, velocity, h, work, i):
     here = i + GHOSTS
     upstream_row(velocity, lines[WEIGHT])
     for q in range(4):
-        profile_row(
-            limiter, ahead[q, here - 2], ahead[q, here - 1], ahead[q, here], ahead[q, here + 1],
-            spacing[1, here - 1], spacing[2, here - 1], spacing[1, here], spacing[2, here],
-            lines[WEIGHT], lines[PROFILES + q],
-        )  # fmt: skip
+        profile_row(limiter, ahead[q], here, spacing, lines[WEIGHT], lines[PROFILES + q])
     mass, energy = work.carried_x[MASS, i], work.carried_x[ENERGY, i]
     carry_row(gas, ahead[N, here - 1], ahead[N, here], velocity, lines, mass, energy)
     scale, aperture = geometry.scale_x[i], geometry.aperture_x[geometry.pattern_x[i]]
@@ -147,8 +143,10 @@ def upstream_row(velocity, weight):
 
 
 @part(exact=True)
-def profile_row(limiter, f0, f1, f2, f3, low1, high1, low2, high2, weight, out):
-    """Limited profiles at the faces between rows 1 and 2."""
+def profile_row(limiter, field, here, spacing, weight, out):
+    """Limited profiles of a field (nx + 2 GHOSTS, ny) at the faces in x below row `here`."""
+    f0, f1, f2, f3 = field[here - 2], field[here - 1], field[here], field[here + 1]
+    low1, high1, low2, high2 = spacing[1, here - 1], spacing[2, here - 1], spacing[1, here], spacing[2, here]
     for j in range(np.uint64(f0.size)):
         step = f2[j] - f1[j]
         below = f1[j] + 0.5 * limiter.limited((f1[j] - f0[j]) * low1, step * high1)

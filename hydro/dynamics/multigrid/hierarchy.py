@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from hydro.dynamics.multigrid.cycle import ascend, descend, wrap_row
-from hydro.dynamics.multigrid.level import COARSEST, Level, groups
+from hydro.dynamics.multigrid.level import COARSEST, Level
 from hydro.dynamics.multigrid.stencil import build, residual_row
-from hydro.dynamics.multigrid.transfer import add_faces_x, add_faces_y, add_up
+from hydro.dynamics.multigrid.transfer import Transfer, add_faces_x, add_faces_y, add_up
 from hydro.jit import kernel
-from hydro.mesh import Mesh, inverse_distances
+from hydro.mesh import Mesh
 
 CHEBYSHEV = np.array([0.5620, 1.3885], np.float32)  # weights that damp eigenvalues in [1/2, 2] by 4.6, the best of two
 
@@ -61,57 +61,37 @@ class Step:
     """The way between a level and the next coarser one."""
 
     def __init__(self, fine: Level, coarse: Level):
-        self.fine, self.coarse = fine, coarse
-        self._first = groups(fine.shape[1])
-        owners = [np.repeat(np.arange(c), np.diff(groups(f))) for f, c in zip(fine.shape, coarse.shape, strict=True)]
-        self._owner_x = owners[0]  # the coarse row that each row belongs to
-        ratios = []
-        for axis in (0, 1):
-            near, far = inverse_distances(fine.widths[axis])[:-1], inverse_distances(coarse.widths[axis])[:-1]
-            ratios.append((far[owners[axis]] / near).astype(np.float32))
-        self._ratio_x, self._ratio_y = ratios
-        self._low, self._high, self._shares = neighbours(fine, coarse, 1)
-        self._low_x, self._high_x, self._shares_x = neighbours(fine, coarse, 0)
+        self.fine, self.coarse, self._transfer = fine, coarse, Transfer.between(fine, coarse)
 
     def couple(self) -> None:
         """The equations of the coarse level."""
-        fine, coarse = self.fine, self.coarse
-        add_up(fine.local, self._owner_x, self._first, coarse.local)
-        add_faces_x(fine.faces_x, self._owner_x, self._first, self._ratio_x, coarse.faces_x)
-        add_faces_y(fine.faces_y, self._owner_x, self._first, self._ratio_y, coarse.faces_y)
-        build(*coarse.equations())
+        fine, coarse = self.fine.equations, self.coarse.equations
+        add_up(fine.local, self._transfer, coarse.local)
+        add_faces_x(fine.faces_x, self._transfer, coarse.faces_x)
+        add_faces_y(fine.faces_y, self._transfer, coarse.faces_y)
+        build(coarse)
 
     def descend(self, from_zero: bool) -> None:
         """Smooth the fine unknowns, or zero; the residuals that stay, summed, become the coarse right-hand side."""
-        fine, coarse = self.fine, self.coarse
+        fine, right = self.fine, self.coarse.right
         descend(
-            CHEBYSHEV, fine.stencil, fine.faces_x, fine.faces_y, fine.periodic[1], fine.right, fine.unknowns, from_zero,
-            fine.lines, fine.spare, self._owner_x, self._first, coarse.right,
-        )  # fmt: skip
+            CHEBYSHEV,
+            fine.equations,
+            self._transfer,
+            fine.right,
+            fine.unknowns,
+            from_zero,
+            fine.lines,
+            fine.spare,
+            right,
+        )
         fine.unknowns, fine.spare = fine.spare, fine.unknowns
 
     def ascend(self) -> None:
         """Add the coarse correction, interpolated, and smooth."""
-        fine, coarse = self.fine, self.coarse
-        ascend(
-            CHEBYSHEV, fine.stencil, fine.faces_x, fine.faces_y, fine.periodic[1], fine.right, fine.unknowns,
-            coarse.unknowns, self._low_x, self._high_x, self._shares_x, self._low, self._high, self._shares,
-            fine.lines, fine.spare,
-        )  # fmt: skip
+        fine, unknowns = self.fine, self.coarse.unknowns
+        ascend(CHEBYSHEV, fine.equations, self._transfer, fine.right, fine.unknowns, unknowns, fine.lines, fine.spare)
         fine.unknowns, fine.spare = fine.spare, fine.unknowns
-
-
-def neighbours(fine: Level, coarse: Level, axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coarse cells to both sides of every fine centre along an axis, and the shares of the lower and the upper one."""
-    widths, count = coarse.widths[axis], coarse.shape[axis]
-    centres, fine_centres = (np.cumsum(w) - 0.5 * w for w in (widths, fine.widths[axis]))
-    around = np.concatenate([[centres[-1] - widths.sum()], centres, [centres[0] + widths.sum()]])
-    high = np.searchsorted(centres, fine_centres)
-    shares = np.array([around[high + 1] - fine_centres, fine_centres - around[high]]) / np.diff(around)[high]
-    if fine.periodic[axis]:
-        return (high - 1) % count, high % count, shares.astype(np.float32)
-    shares[:, high == 0], shares[:, high == count] = [[0.0], [1.0]], [[1.0], [0.0]]
-    return np.maximum(high - 1, 0), np.minimum(high, count - 1), shares.astype(np.float32)
 
 
 def dense(level: Level) -> np.ndarray:
@@ -119,20 +99,20 @@ def dense(level: Level) -> np.ndarray:
     matrix = np.empty((level.right.size, level.right.size))
     unit, out = np.zeros_like(level.unknowns), np.zeros_like(level.right)
     zero = np.zeros_like(level.right)
-    columns(level.stencil, level.faces_x, level.faces_y, level.periodic[1], zero, unit, out, matrix)
+    columns(level.equations, zero, unit, out, matrix)
     return matrix
 
 
 @kernel(exact=True)
-def columns(stencil, faces_x, faces_y, periodic, zero, unit, out, matrix):
+def columns(equations, zero, unit, out, matrix):
     """What the matrix makes of every unit vector."""
     nx, fields, ny = zero.shape
     for k in range(matrix.shape[0]):
         row = unit[k // (fields * ny), k // ny % fields]
         row[k % ny + 1] = 1.0
-        wrap_row(row, periodic)
+        wrap_row(row, equations.periodic_y)
         for i in range(nx):
-            residual_row(stencil, faces_x, faces_y, i, unit[i - 1], unit[i], unit[(i + 1) % nx], zero[i], out[i])
+            residual_row(equations, i, unit[i - 1], unit[i], unit[(i + 1) % nx], zero[i], out[i])
             for field in range(fields):
                 for j in range(ny):
                     matrix[(i * fields + field) * ny + j, k] = -out[i, field, j]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydro.dynamics.multigrid.stencil import COUPLINGS, STENCIL
+from hydro.dynamics.multigrid.stencil import Equations
 
 # Scratch lines of a level, (2, ny + 2): residuals, zeros, and three rows each of unknowns that follow one another.
 REST, ZERO, SWEPT, CORRECTED = 0, 1, 2, 5
@@ -22,18 +22,11 @@ class Level:
     def __init__(self, widths: tuple[np.ndarray, np.ndarray], periodic: tuple[bool, bool]):
         self.widths, self.periodic = widths, periodic
         nx, ny = self.shape = widths[0].size, widths[1].size
-        self.local = np.zeros((nx, 4, ny), np.float32)
-        self.faces_x = np.zeros((nx, COUPLINGS, ny), np.float32)
-        self.faces_y = np.zeros((nx, COUPLINGS, ny), np.float32)
-        self.stencil = np.zeros((nx, STENCIL, ny), np.float32)
+        self.equations = Equations.of(nx, ny, periodic[1])
         self.right = np.zeros((nx, 2, ny), np.float32)
         self.unknowns = np.zeros((nx, 2, ny + 2), np.float32)  # with a ghost column on both sides
         self.spare = np.zeros_like(self.unknowns)  # where new ones are written
         self.lines = np.zeros((LINES, 2, ny + 2), np.float32)  # scratch
-
-    def equations(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Local terms, couplings in x and in y, and the stencils that `build` makes of them."""
-        return self.local, self.faces_x, self.faces_y, self.stencil
 
     def coarser(self) -> Level:
         """The level with pairs of cells joined, along every side that has more than COARSEST."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from hydro.jit import kernel, part
@@ -19,21 +21,38 @@ STENCIL = 16
 ONE = np.uint64(1)
 
 
+class Equations(NamedTuple):
+    """The equations of a level of (nx, ny) cells."""
+
+    local: np.ndarray  # (nx, 4, ny)
+    faces_x: np.ndarray  # (nx, COUPLINGS, ny)
+    faces_y: np.ndarray  # (nx, COUPLINGS, ny)
+    stencil: np.ndarray  # (nx, STENCIL, ny), which `build` makes of the others
+    periodic_y: bool
+
+    @classmethod
+    def of(cls, nx: int, ny: int, periodic_y: bool) -> Equations:
+        shapes = ((nx, count, ny) for count in (4, COUPLINGS, COUPLINGS, STENCIL))
+        local, faces_x, faces_y, stencil = (np.zeros(shape, np.float32) for shape in shapes)
+        return cls(local, faces_x, faces_y, stencil, periodic_y)
+
+
 @kernel(exact=True)
-def build(local, faces_x, faces_y, stencil):
-    """Stencils from local terms (nx, 4, ny) and couplings (nx, COUPLINGS, ny)."""
-    for i in range(local.shape[0]):
-        build_row(local, faces_x, faces_y, i, stencil)
+def build(equations):
+    """Stencils from local terms and couplings."""
+    for i in range(equations.local.shape[0]):
+        build_row(equations, i)
 
 
 @part(exact=True)
-def build_row(local, faces_x, faces_y, i, stencil):
+def build_row(equations, i):
     """Row i of them."""
+    local, stencil = equations.local, equations.stencil
     for q in range(4):
         for j in range(local.shape[2]):
             stencil[i, D11 + q, j] = local[i, q, j]
-    couple_row(faces_x, i, (i + 1) % local.shape[0], stencil)
-    couple_line(faces_y, i, stencil)
+    couple_row(equations.faces_x, i, (i + 1) % local.shape[0], stencil)
+    couple_line(equations.faces_y, i, stencil)
     invert_row(stencil, i)
 
 
@@ -82,31 +101,22 @@ def invert_row(stencil, i):
 
 
 @part(exact=True)
-def residual_row(stencil, faces_x, faces_y, i, behind, here, ahead, right, out):
+def residual_row(equations, i, behind, here, ahead, right, out):
     """Residuals (2, ny) of row i from the unknowns (2, ny + 2) of three rows."""
-    residual_line(
-        stencil[i, D11], stencil[i, D12], stencil[i, D21], stencil[i, D22],
-        stencil[i, XL_P], stencil[i, XL_T], stencil[i, XH_P], stencil[i, XH_T],
-        stencil[i, YL_P], stencil[i, YL_T], stencil[i, YH_P], stencil[i, YH_T],
-        faces_x[i, MASS], faces_x[(i + 1) % stencil.shape[0], MASS], faces_y[i, MASS],
-        behind[0], behind[1], here[0], here[1], ahead[0], ahead[1], right[0], right[1], out[0], out[1],
-    )  # fmt: skip
-
-
-@part(exact=True)
-def residual_line(
-    d11, d12, d21, d22, xl_p, xl_t, xh_p, xh_t, yl_p, yl_t, yh_p, yh_t, mass_low, mass_high, mass_y,
-    p_behind, t_behind, p, t, p_ahead, t_ahead, right_1, right_2, out_1, out_2,
-):  # fmt: skip
-    """The same with every field by its name."""
-    count = np.uint64(d11.size)
-    last = count - ONE
-    for j in range(count):
+    s, faces_x, along = equations.stencil[i], equations.faces_x, equations.faces_y[i, MASS]
+    low, high = faces_x[i, MASS], faces_x[(i + 1) % faces_x.shape[0], MASS]
+    d11, d12, d21, d22 = s[D11], s[D12], s[D21], s[D22]
+    xl_p, xl_t, xh_p, xh_t = s[XL_P], s[XL_T], s[XH_P], s[XH_T]
+    yl_p, yl_t, yh_p, yh_t = s[YL_P], s[YL_T], s[YH_P], s[YH_T]
+    p_behind, t_behind, p, t, p_ahead, t_ahead = behind[0], behind[1], here[0], here[1], ahead[0], ahead[1]
+    right_1, right_2, out_1, out_2 = right[0], right[1], out[0], out[1]
+    last = np.uint64(d11.size) - ONE
+    for j in range(last + ONE):
         k = j + ONE
-        mass_above = mass_y[j + ONE] if j < last else mass_y[0]
-        across = mass_low[j] * p_behind[k] + mass_high[j] * p_ahead[k]
-        along = mass_y[j] * p[j] + mass_above * p[k + ONE]
-        out_1[j] = right_1[j] - d11[j] * p[k] - d12[j] * t[k] + (across + along)
-        across = (xl_p[j] * p_behind[k] + xl_t[j] * t_behind[k]) + (xh_p[j] * p_ahead[k] + xh_t[j] * t_ahead[k])
-        along = (yl_p[j] * p[j] + yl_t[j] * t[j]) + (yh_p[j] * p[k + ONE] + yh_t[j] * t[k + ONE])
-        out_2[j] = right_2[j] - d21[j] * p[k] - d22[j] * t[k] - (across + along)
+        above = along[j + ONE] if j < last else along[0]
+        in_x = low[j] * p_behind[k] + high[j] * p_ahead[k]
+        in_y = along[j] * p[j] + above * p[k + ONE]
+        out_1[j] = right_1[j] - d11[j] * p[k] - d12[j] * t[k] + (in_x + in_y)
+        in_x = (xl_p[j] * p_behind[k] + xl_t[j] * t_behind[k]) + (xh_p[j] * p_ahead[k] + xh_t[j] * t_ahead[k])
+        in_y = (yl_p[j] * p[j] + yl_t[j] * t[j]) + (yh_p[j] * p[k + ONE] + yh_t[j] * t[k + ONE])
+        out_2[j] = right_2[j] - d21[j] * p[k] - d22[j] * t[k] - (in_x + in_y)

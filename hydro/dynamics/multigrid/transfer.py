@@ -2,12 +2,57 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from hydro.dynamics.multigrid.level import Level, groups
 from hydro.dynamics.multigrid.stencil import COUPLINGS, DRIFT_PA
 from hydro.jit import kernel, part
+from hydro.mesh import inverse_distances
 
 ONE, TWO = np.uint64(1), np.uint64(2)
+
+
+class Transfer(NamedTuple):
+    """The way between a level of (nx, ny) cells and the next coarser one."""
+
+    owner_x: np.ndarray  # (nx,), the coarse row that each row belongs to
+    first: np.ndarray  # (coarse ny + 1,), the first column of each coarse one, and ny
+    ratio_x: np.ndarray  # (nx,), distances between centres, fine over coarse
+    ratio_y: np.ndarray  # (ny,)
+    low_x: np.ndarray  # (nx,), coarse rows to both sides of every row, and their shares (2, nx)
+    high_x: np.ndarray
+    shares_x: np.ndarray
+    low_y: np.ndarray  # (ny,), and likewise in y
+    high_y: np.ndarray
+    shares_y: np.ndarray
+
+    @classmethod
+    def between(cls, fine: Level, coarse: Level) -> Transfer:
+        owners = [np.repeat(np.arange(c), np.diff(groups(f))) for f, c in zip(fine.shape, coarse.shape, strict=True)]
+        ratios = []
+        for axis in (0, 1):
+            near, far = inverse_distances(fine.widths[axis])[:-1], inverse_distances(coarse.widths[axis])[:-1]
+            ratios.append((far[owners[axis]] / near).astype(np.float32))
+        ratio_x, ratio_y = ratios
+        low_x, high_x, shares_x = neighbours(fine, coarse, 0)
+        low_y, high_y, shares_y = neighbours(fine, coarse, 1)
+        first = groups(fine.shape[1])
+        return cls(owners[0], first, ratio_x, ratio_y, low_x, high_x, shares_x, low_y, high_y, shares_y)
+
+
+def neighbours(fine: Level, coarse: Level, axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coarse cells to both sides of every fine centre along an axis, and the shares of the lower and the upper one."""
+    widths, count = coarse.widths[axis], coarse.shape[axis]
+    centres, fine_centres = (np.cumsum(w) - 0.5 * w for w in (widths, fine.widths[axis]))
+    around = np.concatenate([[centres[-1] - widths.sum()], centres, [centres[0] + widths.sum()]])
+    high = np.searchsorted(centres, fine_centres)
+    shares = np.array([around[high + 1] - fine_centres, fine_centres - around[high]]) / np.diff(around)[high]
+    if fine.periodic[axis]:
+        return (high - 1) % count, high % count, shares.astype(np.float32)
+    shares[:, high == 0], shares[:, high == count] = [[0.0], [1.0]], [[1.0], [0.0]]
+    return np.maximum(high - 1, 0), np.minimum(high, count - 1), shares.astype(np.float32)
 
 
 @part(exact=True)
@@ -18,20 +63,20 @@ def blend_row(below, above, under, over, out):
 
 
 @part(exact=True)
-def interpolate_row(here, coarse, low, high, shares, out):
+def interpolate_row(here, coarse, transfer, out):
     """out = here + the interpolated coarse row; all with ghost columns."""
-    under, over = shares[0], shares[1]
+    low, high, under, over = transfer.low_y, transfer.high_y, transfer.shares_y[0], transfer.shares_y[1]
     for j in range(np.uint64(under.size)):
         out[j + ONE] = here[j + ONE] + (under[j] * coarse[low[j] + 1] + over[j] * coarse[high[j] + 1])
 
 
 @kernel(exact=True)
-def add_up(fine, owner_x, first, coarse):
+def add_up(fine, transfer, coarse):
     """Sums over the cells that are joined; (nx, fields, ny)."""
     coarse[:] = 0.0
     for i in range(fine.shape[0]):
         for field in range(fine.shape[1]):
-            join_row(fine[i, field], first, coarse[owner_x[i], field])
+            join_row(fine[i, field], transfer.first, coarse[transfer.owner_x[i], field])
 
 
 @part(exact=True)
@@ -52,8 +97,9 @@ def join_row(fine, first, coarse):
 
 
 @kernel(exact=True)
-def add_faces_x(fine, owner_x, first, ratio, coarse):
+def add_faces_x(fine, transfer, coarse):
     """Sums over the faces in x that stay between cells which are not joined; differences span longer distances."""
+    owner_x, first, ratio = transfer.owner_x, transfer.first, transfer.ratio_x
     coarse[:] = 0.0
     for i in range(fine.shape[0]):
         if i == 0 or owner_x[i - 1] != owner_x[i]:
@@ -66,12 +112,13 @@ def add_faces_x(fine, owner_x, first, ratio, coarse):
 
 
 @kernel(exact=True)
-def add_faces_y(fine, owner_x, first, ratio, coarse):
+def add_faces_y(fine, transfer, coarse):
     """The same for the faces in y, each between two columns of cells."""
     coarse[:] = 0.0
     for i in range(fine.shape[0]):
         for field in range(COUPLINGS):
-            pick_row(fine[i, field], first, ratio, field < DRIFT_PA, coarse[owner_x[i], field])
+            longer = field < DRIFT_PA
+            pick_row(fine[i, field], transfer.first, transfer.ratio_y, longer, coarse[transfer.owner_x[i], field])
 
 
 @part(exact=True)
