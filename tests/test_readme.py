@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from hydro import choices
 from hydro.cli import COMMANDS
 from hydro.deck import load, parse
 from hydro.deck.reference import reference
+from hydro.registry import Registry
 
 ROOT = Path(__file__).parent.parent
 BENCHMARKS = ROOT / "benchmarks"
@@ -43,19 +48,54 @@ def test_the_programs_run(capsys):
     assert 0.02 < densest < 0.03
 
 
-def test_the_extensions_run(tmp_path):
-    """The scripts of docs/extending.md: kernels take code from files only."""
-    numbers = []
-    for name, program in enumerate(blocks("python", (ROOT / "docs" / "extending.md").read_text(encoding="utf-8"))):
-        script = tmp_path / f"extension_{name}.py"
-        script.write_text(program, encoding="utf-8")
-        done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        numbers.append(re.findall(r"[\d.e-]+$", done.stdout, flags=re.MULTILINE))
-    (dense, dilute), (given,), (code,) = numbers
-    assert float(dense) == pytest.approx(float(dilute), rel=0.1) and dense != dilute  # close in a dilute gas
-    assert float(given) == pytest.approx(1.0, rel=1e-10)
-    assert code == "0" and (tmp_path / "output" / "blob" / "summary.json").exists()
+EXTENDING = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+
+
+def extension(folder: Path, deck: str, *words: str, package: Path = ROOT) -> dict:
+    """The summary of a deck of docs/extending.md, run in a folder that has all its files."""
+    for language in ("python", "toml"):
+        for text in blocks(language, EXTENDING):
+            name = text.partition("\n")[0].removeprefix("# ")
+            path = (package if name.startswith("hydro/") else folder) / name
+            if package != ROOT or path.parent == folder:
+                path.write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "hydro", deck, *words, "--output", "run", "--overwrite", "--quiet"],
+        cwd=folder, env=os.environ | {"PYTHONPATH": str(package)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert f"    python -m hydro {deck}\n" in EXTENDING
+    return json.loads((folder / "run" / "summary.json").read_text())
+
+
+def test_a_closure_of_ones_own_runs(tmp_path):
+    dense, dilute = (extension(tmp_path, "dilute.toml", *words) for words in (["gas.closure=grossman"], []))
+    assert dense["wall_max"] == pytest.approx(dilute["wall_max"], rel=0.1)  # close in a dilute gas
+    assert dense["wall_max"] != dilute["wall_max"]
+
+
+def test_a_wall_an_initial_state_and_an_integrator_of_ones_own_run(tmp_path):
+    ledger = extension(tmp_path, "heated.toml")["energy_ledger"]
+    assert ledger["wall"] == pytest.approx(0.01 * 0.25 * 0.2, rel=1e-12) and ledger["collisions"] == 0.0
+
+
+def test_a_kind_of_deck_is_a_file_and_a_line(tmp_path):
+    """In a copy of the package; the line is the one that the page shows."""
+    copy = tmp_path / "copy"
+    shutil.copytree(ROOT / "hydro", copy / "hydro", ignore=shutil.ignore_patterns("__pycache__"))
+    (line,) = re.findall(r"`KINDS`: `([^`]+)`", EXTENDING)
+    choices = copy / "hydro" / "choices.py"
+    text = choices.read_text(encoding="utf-8")
+    choices.write_text(text.replace('        "evolution": Entry(', f'        {line},\n        "evolution": Entry('))
+    slow, fast = extension(tmp_path, "sound.toml", package=copy)["speeds"]
+    assert fast / slow == pytest.approx(2.0**0.5, rel=1e-12)
+
+
+def test_the_lines_of_the_page_name_the_files_of_the_page():
+    """Each row of its table: the file, and the line that leads to it."""
+    rows = re.findall(r"\| `(hydro/\S+)\.py`.* `([A-Z_]+)`: `\"(\w+)\": (?:Entry\()?\"([\w.]+):(\w+)", EXTENDING)
+    assert len(rows) == 5 and all(file.replace("/", ".") == module for file, _, _, module, _ in rows)
+    assert all(isinstance(getattr(choices, table), Registry) for _, table, _, _, _ in rows)
 
 
 def test_the_commands_name_decks_and_their_keys():

@@ -126,7 +126,7 @@ def test_the_fields_of_a_closure_are_keys_of_its_gas(beside):
         ("gas.closure=my_gas.py:Losy", "gas.closure", "my_gas.py has no class Losy; it has Constants, Lossy"),
         ("gas.closure=my_gas.py:LAWS", "gas.closure", "has no class LAWS"),
         ("gas.closure=my_gas.py:Positive", "gas.closure", "has no class Positive"),
-        ("gas.closure=my_wall.py:GivenFlux", "gas.closure", "GivenFlux lacks "),
+        ("gas.closure=my_wall.py:GivenFlux", "gas.closure", "GivenFlux lacks packing_density, pressure_factor"),
         ("gas.closure=my_state.py:Blob", "gas.closure", "Blob must be a NamedTuple of its constants"),
         ("gas.closure=my_gas.py:Constants", "gas.closure", "Constants must stand under the decorator"),
         ("gas.closure=my_gas.py", "gas.closure", "'my_gas.py' is not known; known: grossman"),
@@ -187,7 +187,7 @@ def test_a_wall_and_a_state_of_ones_own(beside):
     deck = load(beside / "deck.toml", ["gas.closure=grossman", *words])
     assert wall_of(deck) == (0.5,) and parse(dumps(deck)) == deck
     state = deck.initial.state(deck, gas_of(deck), hydro.setup.mesh_of(deck))
-    assert integrator_of(deck, state).step(state, 1e-3).wall == pytest.approx(0.5e-3, rel=1e-12)
+    assert integrator_of(deck, state).step(state, 1e-3)["wall"] == pytest.approx(0.5e-3, rel=1e-12)
     assert "flux" not in dumps(changed(deck, {"wall.kind": "thermal"}))
 
 
