@@ -12,7 +12,7 @@ from hydro.errors import RunFailed
 from hydro.exact import PrimitiveState, SimpleWave, solve
 from hydro.gas import Grossman
 from hydro.gas.packing import density_at, gap_at, log_void
-from hydro.initial import refilled
+from hydro.initial.checkpoint import refilled
 from hydro.mesh import Mesh
 from hydro.state import State, inadmissible, worst_cell
 from hydro.steady.balance import Balance
