@@ -92,6 +92,10 @@ class IdealGas(HardDisks):
     in vacuum.)
     """
 
+    def packing_density(self):
+        """It never packs."""
+        return math.inf
+
     def compressibility(self, n):
         """p/(n T)."""
         return np.ones_like(n)

@@ -31,6 +31,9 @@ class Henderson(HardDisks):
 
     CLOSE = math.pi / math.sqrt(12.0)
 
+    def packing_density(self):
+        return 1.0
+
     def compressibility(self, n):
         eta = self.CLOSE * n
         return (1.0 + eta * eta / 8.0) / (1.0 - eta) ** 2

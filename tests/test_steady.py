@@ -328,6 +328,13 @@ def test_without_a_bifurcation_the_extended_states_are_kept(run_text):
     assert summary["completed"] is False and len(summary["points"]) == 5
 
 
+def test_a_parameter_that_the_closure_does_not_offer_is_refused_by_name(run_text, monkeypatch):
+    monkeypatch.setattr(Grossman, "parameters", lambda self: ())
+    folder, code, error = run_text(BRANCH, "branch.parameter=L", "gas.f=0.0235")
+    assert code == 2 and not folder.exists()
+    assert "branch.parameter: 'L' is not known; known: f, aspect_ratio" in error
+
+
 @pytest.mark.parametrize("key", ["wall.W", "gas.L", "gas.K", "gas.f"])
 @pytest.mark.parametrize("value", ["1e300", "1e-300"])
 def test_numbers_beyond_all_bounds_are_refused_by_name(run_text, key, value):

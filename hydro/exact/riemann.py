@@ -20,6 +20,7 @@ from hydro.state import bounds
 
 DEGREE = 64  # of the Chebyshev series along an isentrope: reaches rounding, up to 1 - n/n_p = 1e-6 at least
 ROUNDING = np.finfo(float).eps
+COMPRESSION = 3.0 + 1e-9  # more than any shock compresses a gas with Z >= 1 that grows with n
 FAINTEST = 1e-100  # star pressure, over the lower of the two pressures, that counts as vacuum
 SLACK = 1e-9  # by which brackets are widened, so that rounding leaves the root inside
 TIGHT = {"xtol": 1e-15, "rtol": 4 * ROUNDING}  # of brentq in a logarithm
@@ -37,17 +38,14 @@ class PrimitiveState(NamedTuple):
 class Isentrope:
     """States of one entropy: through (density, pressure), from vacuum up to the density `densest`.
 
-    From dT/T = Z dn/n and du = c dn/n; both are integrated as Chebyshev series in r, n = n_p (1 - exp(-r^2)),
-    in which they are smooth from vacuum (c ~ r) to packing. Methods take and return arrays of any shape.
-    ValueError for a closure that is no ideal gas in the dilute limit: (Z-1)/n is then not smooth; and for one that
-    never packs.
+    From dT/T = Z dn/n and du = c dn/n; both are integrated as Chebyshev series in r, n = n_p (1 - exp(-r^2)), or r^2
+    where the gas never packs; in r they are smooth from vacuum (c ~ r) to packing. Methods take and return arrays of
+    any shape. ValueError for a closure that is no ideal gas in the dilute limit: (Z-1)/n is then not smooth.
     """
 
     def __init__(self, gas: Any, density: float, pressure: float, densest: float | None = None):
         if abs(gas.compressibility(1e-12) - 1.0) > 1e-9:
             raise ValueError("the closure must have Z(0) = 1")
-        if math.isinf(gas.packing_density()):
-            raise ValueError("the closure must pack at a finite density")
         self.gas, self._packed = gas, gas.packing_density()
         self._scale = gas.temperature(density, pressure) / density
         top, start = float(self._r(density if densest is None else densest)), float(self._r(density))
@@ -88,13 +86,15 @@ class Isentrope:
         return math.exp(brentq(residual, math.log(low), math.log(high), **TIGHT))
 
     def _r(self, n):
-        """r(n) with n = n_p (1 - exp(-r^2)): like sqrt(n) near vacuum, resolving 1 - n/n_p near packing."""
-        return np.sqrt(-np.log1p(-n / self._packed))
+        """r(n): like sqrt(n) near vacuum, resolving 1 - n/n_p near packing."""
+        return np.sqrt(n) if self._packed == math.inf else np.sqrt(-np.log1p(-n / self._packed))
 
     def _integral(self, integrand: Callable, top: float, start: float) -> Chebyshev:
         """The integral of integrand(n) dn as a series in r on [0, top], zero at r = start."""
 
         def in_r(r):
+            if self._packed == math.inf:
+                return 2.0 * r * integrand(r * r)
             return self._packed * 2.0 * r * np.exp(-r * r) * integrand(self._packed * -np.expm1(-r * r))
 
         return Chebyshev.interpolate(in_r, DEGREE, domain=[0.0, top]).integ(lbnd=start)
@@ -158,8 +158,7 @@ def solve(gas: Any, left: PrimitiveState, right: PrimitiveState) -> RiemannSolut
     """Solve the Riemann problem for the closure `gas`; scaled units, star state good to 1e-12 away from vacuum.
 
     Raises ValueError for densities not between 0 and n_p or pressures not above 0, when the two states part so fast
-    that vacuum opens between them, when they collide so hard that the closure allows no shock below n_p, and for
-    closures that `Isentrope` refuses.
+    that vacuum opens between them, and when they collide so hard that the closure allows no shock below n_p.
     """
     for state in (left, right):
         legal = 0.0 < state.density < gas.packing_density() and 0.0 < state.pressure < math.inf
@@ -199,10 +198,11 @@ def hugoniot_density(gas: Any, ahead: PrimitiveState, pressure: float) -> float:
         half = 0.5 * (n - n0) / (n * n0)
         return pressure * (_energy(gas, n) - half) - p0 * (_energy(gas, n0) + half)
 
-    if residual(densest(gas)) > 0.0:
+    top = densest(gas) if gas.packing_density() < math.inf else COMPRESSION * n0
+    if residual(top) > 0.0:
         packed = f"n = {gas.packing_density():g}"
         raise ValueError(f"no shock from density {n0} to pressure {pressure:.6g} ends below {packed}")
-    return brentq(residual, n0, densest(gas), xtol=1e-300, rtol=4 * ROUNDING)
+    return brentq(residual, n0, top, xtol=1e-300, rtol=4 * ROUNDING)
 
 
 def shock_mass_flux(gas: Any, ahead: PrimitiveState, n: float, pressure: float) -> float:

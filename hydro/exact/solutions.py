@@ -100,7 +100,7 @@ class SimpleWave:
     def __post_init__(self):
         lowest, highest = self._extremes
         if not 0.0 < lowest <= highest < self.gas.packing_density():
-            raise ValueError(f"densities from {lowest} to {highest} are not in {bounds(self.gas)}")
+            raise ValueError(f"densities from {lowest} to {highest} are not inside {bounds(self.gas)}")
 
     @cached_property
     def isentrope(self) -> Isentrope:

@@ -19,7 +19,6 @@ from hydro.deck import BranchDeck, dumps
 from hydro.driver.trackers import StopOnSignal
 from hydro.errors import HydroError, RunFailed
 from hydro.kinds.kind import Kind
-from hydro.mesh import Mesh
 from hydro.observables.clustering import CLUSTERING, wall_profile
 from hydro.output.checkpoint import Checkpoint, write_checkpoint
 from hydro.output.folder import RunFolder
@@ -53,11 +52,6 @@ def solve(deck: BranchDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
     return survey.finish(time.perf_counter() - started, completed=True)
 
 
-def problem_of(deck: BranchDeck, mesh: Mesh) -> Balance:
-    """The deck's gas before its wall, on a mesh; what the branch is followed in may be NaN."""
-    return Balance.of(gas_of(deck), wall_of(deck), mesh, deck.gas.f or math.nan)
-
-
 @dataclass
 class Survey:
     """The work on one deck: what it has found so far."""
@@ -72,7 +66,8 @@ class Survey:
 
     def __post_init__(self) -> None:
         deck, branch = self.deck, self.deck.branch
-        self.whole = problem_of(deck, mesh_of(deck))
+        # what the branch is followed in may be NaN
+        self.whole = Balance.of(gas_of(deck), wall_of(deck), mesh_of(deck), deck.gas.f or math.nan)
         self.family = Family(self.whole.on(unit_cell(self.whole.mesh, branch.wave)), branch.parameter)
         self.extended = ExtendedBranch(self.family)
         self.per_box = branch.wave if branch.parameter == "aspect_ratio" else 1
