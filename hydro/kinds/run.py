@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from hydro.choices import KINDS
 from hydro.deck import Deck, dumps, load, parse, validate
 from hydro.deck.evolution import RunDeck
-from hydro.output.dataset import open_run
 from hydro.output.folder import RunFolder
 
 if TYPE_CHECKING:
@@ -39,6 +38,8 @@ def run(
     folder = RunFolder(Path(output or Path("output") / name))
     run_in(folder, whole, overwrite, quiet)
     if isinstance(whole, RunDeck):
+        from hydro.output.dataset import open_run  # xarray is slow to import
+
         return open_run(folder.path).assign_attrs(folder=str(folder.path))
     return folder.read_summary() | {"folder": str(folder.path)}
 
