@@ -9,9 +9,10 @@ import h5py
 import pytest
 from conftest import differences, outcome, restart, summary_of
 
+from hydro.choices import OBSERVABLES
 from hydro.cli import main
 from hydro.deck import load
-from hydro.observables import CLUSTERING, OBSERVABLES, observables_of
+from hydro.observables import CLUSTERING, observables_of
 from hydro.observables.general import extended, kinetic_energy
 from hydro.observables.sets import Curve, Panel, Quantity
 from hydro.output.folder import RunFolder
@@ -35,11 +36,12 @@ TEMPERATURES = extended(
     panels=(Panel("The mean temperature", "mean $T/T_*$", (Curve("mean_temperature"),)),),
     overlaid=(Panel("The mean temperature", "mean $T/T_*$", (Curve("mean_temperature"),)),),
 )
+GRAINY = extended("grainy", lambda deck: True, (MEAN,), estimated=(MEAN,), closing=(("mean_temperature", "T", ".4f"),))
 
 
 @pytest.fixture(autouse=True)
 def _entered(monkeypatch):
-    monkeypatch.setitem(OBSERVABLES._entries, TEMPERATURES.name, TEMPERATURES)
+    monkeypatch.setitem(OBSERVABLES._entries, TEMPERATURES.name, f"{__name__}:TEMPERATURES")
 
 
 @pytest.fixture
@@ -89,10 +91,7 @@ def test_a_restart_goes_on_with_a_set_of_its_own(run_deck):
 
 
 def test_grains_have_the_errors_that_a_set_asks_for(run_deck, monkeypatch, capsys):
-    errors = extended(
-        "grainy", lambda deck: True, (MEAN,), estimated=(MEAN,), closing=(("mean_temperature", "T", ".4f"),)
-    )
-    monkeypatch.setitem(OBSERVABLES._entries, "grainy", errors)
+    monkeypatch.setitem(OBSERVABLES._entries, GRAINY.name, f"{__name__}:GRAINY")
     words = ("time.end=0.5", "output.times=[0.5]", "output.pictures=false")
     folder, code = run_deck("grains_cooling", *words, options=())
     row = summary_of(folder)["snapshots"][-1]
