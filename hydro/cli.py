@@ -79,15 +79,13 @@ def run(words: list[str]) -> int:
     folder = RunFolder(options.output or Path("output") / options.deck.stem)
 
     from hydro.choices import KINDS
+    from hydro.kinds.run import run_in
 
-    kind = KINDS[deck.kind]
     if options.scheduler and deck.kind != "sweep":
         raise DeckError(f"only a sweep runs on a cluster, not a deck of kind {deck.kind!r}", "--scheduler")
     where = {"scheduler": options.scheduler} if options.scheduler else {}
-    with folder.held():
-        folder.check(options.overwrite, deck if kind.goes_on else None)
-        summary = kind.solve(deck, folder, options.quiet, **where)
-    return _close(kind, summary, folder, options.quiet)
+    summary = run_in(folder, deck, options.overwrite, options.quiet, **where)
+    return _close(KINDS[deck.kind], summary, folder, options.quiet)
 
 
 def restart(words: list[str]) -> int:

@@ -14,6 +14,7 @@ from hydro.cli import main
 from hydro.driver.ledger import CompensatedSum, Ledger
 from hydro.dynamics import Godunov
 from hydro.output.folder import RunFolder
+from hydro.setup import terms_of, wall_of
 
 POWER = 0.01
 FROM_SHAKING = "energy from shaking the box"
@@ -44,12 +45,12 @@ def test_residual_is_what_the_accounts_do_not_explain():
 class Shaken(Godunov):
     """Godunov in a box that heats the gas evenly: an account, a step limit and a memory of its own."""
 
-    accounts = (*Godunov.accounts, Account("shaking", 1, FROM_SHAKING))
-    step_limits = (*Godunov.step_limits, "shaking")
     remembered = {**Godunov.remembered, "shakes": ("number of shakes", "1")}  # noqa: RUF012
 
     def __init__(self, *args, **options):
         super().__init__(*args, **options)
+        self.accounts = (*self.accounts, Account("shaking", 1, FROM_SHAKING))
+        self.step_limits = (*self.step_limits, "shaking")
         self.shakes = 0
 
     def limits(self, state):
@@ -75,7 +76,7 @@ def shaken(monkeypatch):
     from hydro.kinds import evolution
 
     def made(deck, state):
-        return Shaken(state.gas, evolution.wall_of(deck), state.mesh, tau=deck.gas.tau)
+        return Shaken(state.gas, wall_of(deck), state.mesh, terms_of(deck))
 
     monkeypatch.setattr(evolution, "integrator_of", made)
 

@@ -79,22 +79,41 @@ def test_a_wall_an_initial_state_and_an_integrator_of_ones_own_run(tmp_path):
     assert ledger["wall"] == pytest.approx(0.01 * 0.25 * 0.2, rel=1e-12) and ledger["collisions"] == 0.0
 
 
-def test_a_kind_of_deck_is_a_file_and_a_line(tmp_path):
-    """In a copy of the package; the line is the one that the page shows."""
-    copy = tmp_path / "copy"
-    shutil.copytree(ROOT / "hydro", copy / "hydro", ignore=shutil.ignore_patterns("__pycache__"))
-    (line,) = re.findall(r"`KINDS`: `([^`]+)`", EXTENDING)
-    choices = copy / "hydro" / "choices.py"
-    text = choices.read_text(encoding="utf-8")
-    choices.write_text(text.replace('        "evolution": Entry(', f'        {line},\n        "evolution": Entry('))
-    slow, fast = extension(tmp_path, "sound.toml", package=copy)["speeds"]
+@pytest.fixture
+def package(tmp_path):
+    """A copy of the package with the lines that the page shows for the tables of these names."""
+
+    def with_lines(*tables: str) -> Path:
+        copy = tmp_path / "copy"
+        shutil.copytree(ROOT / "hydro", copy / "hydro", ignore=shutil.ignore_patterns("__pycache__"))
+        choices = copy / "hydro" / "choices.py"
+        text = choices.read_text(encoding="utf-8")
+        for table in tables:
+            (line,) = re.findall(rf"`{table}`: `([^`]+)`", EXTENDING)
+            text, count = re.subn(rf"^({table}: .*?\{{)(.*?)\}}", rf"\1\2, {line}}}", text, flags=re.M | re.S)
+            assert count == 1
+        choices.write_text(text.replace(",\n    , ", ",\n        "), encoding="utf-8")
+        return copy
+
+    return with_lines
+
+
+def test_a_kind_of_deck_is_a_file_and_a_line(tmp_path, package):
+    slow, fast = extension(tmp_path, "sound.toml", package=package("KINDS"))["speeds"]
     assert fast / slow == pytest.approx(2.0**0.5, rel=1e-12)
+
+
+def test_a_term_and_a_set_of_observables_are_a_file_and_a_line_each(tmp_path, package):
+    summary = extension(tmp_path, "tide.toml", package=package("TERMS", "OBSERVABLES"))
+    ledger, (last,) = summary["energy_ledger"], summary["snapshots"]
+    assert ledger["tide"] > 0.0 and ledger["tide"] == pytest.approx(ledger["change"], rel=1e-10)
+    assert last["mean_temperature"] == pytest.approx(1.0, rel=0.05) and "wall_max" not in last
 
 
 def test_the_lines_of_the_page_name_the_files_of_the_page():
     """Each row of its table: the file, and the line that leads to it."""
     rows = re.findall(r"\| `(hydro/\S+)\.py`.* `([A-Z_]+)`: `\"(\w+)\": (?:Entry\()?\"([\w.]+):(\w+)", EXTENDING)
-    assert len(rows) == 5 and all(file.replace("/", ".") == module for file, _, _, module, _ in rows)
+    assert len(rows) == 7 and all(file.replace("/", ".") == module for file, _, _, module, _ in rows)
     assert all(isinstance(getattr(choices, table), Registry) for _, table, _, _, _ in rows)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from hydro.grains.dynamics import Dynamics
@@ -27,10 +25,3 @@ def fields(grains: Dynamics, mesh: Mesh) -> np.ndarray:
 def density_scale(diameter: float) -> float:
     """n_c in units of 1/L_x^2."""
     return CLOSE_PACKING / diameter**2
-
-
-def temperature(conserved: np.ndarray) -> np.ndarray:
-    """Of fields, (nx, ny); zero where there are no grains."""
-    n, momentum_x, momentum_y, energy = conserved
-    there = np.where(n > 0.0, n, math.inf)
-    return energy / there - 0.5 * (momentum_x**2 + momentum_y**2) / there**2

@@ -23,7 +23,7 @@ from hydro.driver.march import Run
 from hydro.driver.run_in_folder import Engine, go_on, restore, start, state_of
 from hydro.grains import books, theory
 from hydro.grains.dynamics import Dynamics
-from hydro.grains.fields import density_scale, fields, temperature
+from hydro.grains.fields import density_scale, fields
 from hydro.grains.integrator import (
     GrainsIntegrator,
     Sample,
@@ -35,6 +35,7 @@ from hydro.grains.integrator import (
 from hydro.grains.placement import number_of_grains
 from hydro.kinds.kind import Kind
 from hydro.observables import Observables
+from hydro.observables.general import temperature
 from hydro.observables.sets import Quantity, Row, error_of
 from hydro.output.checkpoint import Checkpoint, averaged
 from hydro.output.folder import RunFolder

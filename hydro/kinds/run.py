@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hydro.choices import KINDS
 from hydro.deck import Deck, dumps, load, parse, validate
 from hydro.deck.evolution import RunDeck
-from hydro.output.dataset import open_run
+from hydro.errors import extra
 from hydro.output.folder import RunFolder
 
 if TYPE_CHECKING:
@@ -33,12 +33,17 @@ def run(
     Of an evolution or grains it returns the states at the times that were saved, as `hydro.open_run` does; its history
     is `hydro.read_history(folder)`. Of every other kind, which has no states in time, the summary, as summary.json has
     it. Either names the folder: `attrs["folder"]`, `["folder"]`. DeckError for a deck or a folder that will not do,
-    RunFailed if the run fails.
+    RunFailed if the run fails, NotInstalled without Dask for a run in time.
     """
     whole, name = read(deck, overrides)
     folder = RunFolder(Path(output or Path("output") / name))
+    if isinstance(whole, RunDeck):
+        with extra("dask", "hydro.run of a run in time"):  # hours of work shall not end there
+            import dask.array  # noqa: F401
     run_in(folder, whole, overwrite, quiet)
     if isinstance(whole, RunDeck):
+        from hydro.output.dataset import open_run  # xarray is slow to import
+
         return open_run(folder.path).assign_attrs(folder=str(folder.path))
     return folder.read_summary() | {"folder": str(folder.path)}
 

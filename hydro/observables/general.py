@@ -29,6 +29,18 @@ def thermal_energy(state: State, wall: Any) -> float:
     return state.energy - kinetic_energy(state, wall)
 
 
+def temperature(conserved: np.ndarray) -> np.ndarray:
+    """Of the fields of grains, (nx, ny); zero where there are none."""
+    n, momentum_x, momentum_y, energy = conserved
+    there = np.where(n > 0.0, n, np.inf)
+    return energy / there - 0.5 * (momentum_x**2 + momentum_y**2) / there**2
+
+
+def thermal_energy_by_cell(state: State, wall: Any) -> float:
+    """The same of the fields of grains."""
+    return state.mesh.integral(state.density * temperature(state.conserved))
+
+
 def extremes(density: np.ndarray, mesh: Mesh) -> tuple[float, float]:
     """Smallest and largest density of all cells."""
     return float(density.min()), float(density.max())
@@ -36,7 +48,7 @@ def extremes(density: np.ndarray, mesh: Mesh) -> tuple[float, float]:
 
 TIME = Quantity("time", "time", "L_x/T_*^(1/2)", lambda state, _: state.time, "t")
 KINETIC = Quantity("kinetic_energy", "energy of the flow", ENERGY, kinetic_energy)
-THERMAL = Quantity("thermal_energy", "energy of random motion", ENERGY, thermal_energy)
+THERMAL = Quantity("thermal_energy", "energy of random motion", ENERGY, thermal_energy, average=thermal_energy_by_cell)
 MEANS = (
     Quantity("mean_pressure", "mean pressure", "n_c T_*", mean_pressure),
     Quantity("max_speed", "largest speed of the flow", "T_*^(1/2)", lambda state, _: float(state.speed.max())),
