@@ -31,7 +31,7 @@ def compiled_methods(cls: C | None = None, *, exact: bool = False) -> Any:
 
 
 def formula(function: F) -> F:
-    """Let kernels use a function of one expression: it stands there as if written out, by the kernel's own arithmetic.
+    """Let kernels use a function of one expression: it stands there as if written out, by exact arithmetic.
 
     To Python it stays what it is, a function of numbers or arrays.
     """

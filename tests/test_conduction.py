@@ -65,3 +65,17 @@ def test_walls_give_what_is_conducted_to_the_last_cell(wall):
     assert (in_n, in_T) == pytest.approx(
         ((shifted[0] - shifted[1]) / (2 * h), (shifted[2] - shifted[3]) / (2 * h)), rel=1e-5
     )
+
+
+@kernel
+def conducted_then_one(T, out):
+    for j in range(out.size - 1):
+        out[j] = conducted_heat(1.0, 0.5, 0.5, T[j], T[j + 1])
+    out[out.size - 1] = 1.0
+
+
+def test_what_follows_a_loop_of_formulas_is_done():
+    """Some ways of writing a function out lose the last statement of what it is written into."""
+    out = np.zeros(4)
+    conducted_then_one(np.arange(4.0), out)
+    assert out.tolist() == [0.5, 0.5, 0.5, 1.0]
