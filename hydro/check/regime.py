@@ -284,7 +284,8 @@ def position(state: ExtendedState | None, place: Place, wall: str, periodic: boo
     """A line on the place beside the marginal curve; a periodic box has room for whole waves only."""
     before = f"{place}, {wall} wall"
     if state is None:
-        return f"{before}: no extended state, for that takes conduction, losses and a driving wall"
+        driven = f"a wall that is {' or '.join(WALL_CONDITIONS)}"
+        return f"{before}: no extended state, for that takes conduction, losses and {driven}"
     try:
         critical = critical_aspect_ratio(state, wall, 2 if periodic else 1).aspect_ratio
     except RunFailed as error:

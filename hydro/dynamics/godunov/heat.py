@@ -85,6 +85,8 @@ class Heat:
         for _ in range(MOST_SUPERSTEPS):
             power = self._wall_power(densities, START)
             start_rates(geometry, sides, arrays)
+            if math.isnan(arrays.sums[RADIUS].max()):
+                break
             step = self._superstep_size(remaining)
             given += self._superstep(densities, power, step)
             correct(geometry, arrays, state, step)
