@@ -240,7 +240,7 @@ def test_auto_finds_the_nearest_state(fake_run):
     assert [row["density"]["L2"] < 1e-9 for row in result["checkpoints"]] == [False, True]
     result = compared(fake_run([half, uniform], *HALF_RUN, name="other"), "auto")
     assert result["wave"] == 0 and result["rates"][0]["fit"] is None
-    assert "2 checkpoints are too few" in result["rates"][0]["note"]
+    assert "checkpoints are too few" in result["rates"][0]["note"]
 
 
 def test_a_steady_state_of_another_mesh_and_wall_strength_is_solved_on_that_of_the_run(steady_run, fake_run):

@@ -14,6 +14,7 @@ from hydro.gas import Grossman
 from hydro.gas.packing import density_at, gap_at, log_void
 from hydro.initial.checkpoint import refilled
 from hydro.mesh import Mesh
+from hydro.observables.clustering import extremes
 from hydro.state import State, inadmissible, worst_cell
 from hydro.steady.balance import Balance
 from hydro.steady.bifurcation import ExtendedBranch
@@ -130,6 +131,16 @@ def test_densities_up_to_that_of_packing_are_admissible():
     assert not inadmissible(State.of(Dilute(1.0, 1.0), mesh, 5.0, 1.0)).any()
     assert "would leave 0 < n, T > 0" in worst_cell(State.of(Dilute(1.0, 1.0), mesh, -5.0, 1.0))
     assert "would leave 0 < n < 1, T > 0" in worst_cell(State.of(PAPER, mesh, 5.0, 1.0))
+
+
+def test_a_wall_may_be_as_dense_as_the_gas_packs():
+    mesh = Mesh.rectangle((4, 4))
+    paper, other = (
+        State.of(gas, mesh, f * np.array([0.97, 0.9, 0.5, 0.1])[:, None], 1.0)
+        for gas, f in ((PAPER, 1.0), (OTHER, PACKED))
+    )
+    assert extremes(other) == pytest.approx(tuple(PACKED * n for n in extremes(paper)), rel=1e-14)
+    assert extremes(paper)[1] > 0.97
 
 
 def test_a_box_is_refilled_below_packing():

@@ -19,7 +19,7 @@ from hydro.deck import BranchDeck, dumps
 from hydro.driver.trackers import StopOnSignal
 from hydro.errors import HydroError, RunFailed
 from hydro.kinds.kind import Kind
-from hydro.observables.clustering import CLUSTERING, wall_profile
+from hydro.observables.clustering import CLUSTERING, profile
 from hydro.output.checkpoint import Checkpoint, write_checkpoint
 from hydro.output.folder import RunFolder
 from hydro.progress import Tally
@@ -115,8 +115,7 @@ class Survey:
 
     def bifurcation(self, found: Point, branch: str) -> dict[str, Any]:
         """The entry of a bifurcation whose first state is not known yet."""
-        mesh = self.family.base.mesh
-        on_wall = wall_profile(self.family.at(found.vector[-1]).density(found.vector[:-1]), mesh)
+        on_wall = profile(self.family.at(found.vector[-1]).state(found.vector[:-1]))
         return self.place(found.value) | {"branch": branch, "direction": "unknown", "wall_max": float(on_wall[0])}
 
     def direction(self, row: dict[str, Any]) -> str:

@@ -17,34 +17,46 @@ LEAST = 1e-12  # density that is none but round-off
 UNIFORM = 0.02  # range of n along the wall x = 0, over its mean, up to which a state counts as extended
 
 
-def wall_extremes(density: np.ndarray, mesh: Mesh) -> tuple[float, float]:
+def wall_extremes(density: np.ndarray, mesh: Mesh, packed: float = 1.0) -> tuple[float, float]:
     """Smallest and largest n on the line x = 0, over all y, corners included; `density` has shape (nx, ny).
 
     Fields are even about an elastic wall: the value there is that of the even parabola through the averages of
     the first two cells. A largest or smallest value between walls is that of the parabola through three cells.
+    packed: the density at which the gas packs; grains do at n_c.
     """
-    line = wall_profile(density, mesh)
+    line = wall_profile(density, mesh, packed)
     inside = np.pad(line, 1, mode="wrap") if mesh.periodic[1] else line
     vertices = np.concatenate([-peaks(-inside), peaks(inside)])
-    candidates = [line, vertices[is_density(vertices)]]
+    candidates = [line, vertices[is_density(vertices, packed)]]
     if not mesh.periodic[1]:
-        candidates += [even_extrapolation(line, mesh.dy), even_extrapolation(line[::-1], mesh.dy[::-1])]
+        ends = ((line, mesh.dy), (line[::-1], mesh.dy[::-1]))
+        candidates += [even_extrapolation(*end, packed) for end in ends]
     values = np.concatenate([np.atleast_1d(part) for part in candidates])
     return float(values.min()), float(values.max())
 
 
-def is_density(values: np.ndarray) -> np.ndarray:
-    """Whether a parabola through averages gives a density of the closures; through noise and jumps it may not.
+def extremes(state: State) -> tuple[float, float]:
+    """`wall_extremes` of a state."""
+    return wall_extremes(state.density, state.mesh, state.gas.packing_density())
+
+
+def profile(state: State) -> np.ndarray:
+    """`wall_profile` of a state."""
+    return wall_profile(state.density, state.mesh, state.gas.packing_density())
+
+
+def is_density(values: np.ndarray, packed: float) -> np.ndarray:
+    """Whether a parabola through averages gives a density of the gas; through noise and jumps it may not.
 
     Averages themselves may be anything: those of grains are 0 in empty cells, and above n_c where layers of centres lie
     on a wall.
     """
-    return (values > LEAST) & (values < 1.0)
+    return (values > LEAST) & (values < packed)
 
 
-def wall_profile(density: np.ndarray, mesh: Mesh) -> np.ndarray:
+def wall_profile(density: np.ndarray, mesh: Mesh, packed: float = 1.0) -> np.ndarray:
     """n along the line x = 0, averages over the cells in y, shape (ny,)."""
-    return density[0] if mesh.periodic[0] else even_extrapolation(density, mesh.dx)
+    return density[0] if mesh.periodic[0] else even_extrapolation(density, mesh.dx, packed)
 
 
 def cluster_position(density: np.ndarray, mesh: Mesh) -> float:
@@ -73,7 +85,7 @@ def half_waves(line: np.ndarray, mesh: Mesh) -> int:
     return int(np.argmax(np.abs(np.fft.rfft(mirrored))[1:-1]) + 1)
 
 
-def even_extrapolation(averages: np.ndarray, widths: np.ndarray) -> np.ndarray:
+def even_extrapolation(averages: np.ndarray, widths: np.ndarray, packed: float) -> np.ndarray:
     """Value at s=0 of a + b s^2 with the first two cell averages (along axis 0) of the given widths.
 
     Where that is no density, the first cell's average.
@@ -82,7 +94,7 @@ def even_extrapolation(averages: np.ndarray, widths: np.ndarray) -> np.ndarray:
     first = near**2 / 3.0
     second = (far**3 - near**3) / (3.0 * widths[1])
     value = averages[0] - (averages[1] - averages[0]) * first / (second - first)
-    return np.where(is_density(value), value, averages[0])
+    return np.where(is_density(value, packed), value, averages[0])
 
 
 def peaks(line: np.ndarray) -> np.ndarray:
@@ -131,7 +143,7 @@ def last_density(state: State, wall: Any) -> float:
 
 def number_of_clusters(state: State, wall: Any) -> int:
     """How many clusters there are along the wall x = 0."""
-    return clusters(wall_profile(state.density, state.mesh), state.mesh.periodic[1]).size
+    return clusters(profile(state), state.mesh.periodic[1]).size
 
 
 def contrast(state: State, wall: Any) -> float:
@@ -141,15 +153,15 @@ def contrast(state: State, wall: Any) -> float:
 
 WALL_MAX = Quantity(
     "wall_max", "largest density on the wall x = 0", "n_c",
-    lambda state, _: wall_extremes(state.density, state.mesh)[1], "largest n(0, y)",
+    lambda state, _: extremes(state)[1], "largest n(0, y)",
 )  # fmt: skip
 WALL_MIN = Quantity(
     "wall_min", "smallest density on the wall x = 0", "n_c",
-    lambda state, _: wall_extremes(state.density, state.mesh)[0], "smallest n(0, y)",
+    lambda state, _: extremes(state)[0], "smallest n(0, y)",
 )  # fmt: skip
 HALF_WAVES = Quantity(
     "half_waves", "number of half-waves along the wall x = 0, 0 where n is uniform", "1",
-    lambda state, _: half_waves(wall_profile(state.density, state.mesh), state.mesh),
+    lambda state, _: half_waves(profile(state), state.mesh),
 )  # fmt: skip
 GAS_DENSITY = Quantity(
     "gas_density", "mean density at the wall x = 1", "n_c", gas_density, "n at x = 1", average=last_density
