@@ -24,7 +24,6 @@ from hydro.initial.regrid import regrid
 from hydro.jit import kernel
 from hydro.mesh import Mesh
 from hydro.numerics.reduce import store_largest
-from hydro.observables.clustering import gas_density, wall_extremes
 from hydro.setup import integrator_of
 from hydro.state import State
 from hydro.steady.localized import steady_state
@@ -97,27 +96,6 @@ def test_a_stretched_mesh_fills_the_box_smoothly():
     assert mesh.x_faces[0] == 0.0 and mesh.x_faces[-1] == pytest.approx(1.0, abs=1e-15)
     assert mesh.dx[-1] / mesh.dx[0] == pytest.approx(20.0 ** (63 / 64), rel=1e-12)
     assert mesh.integral(np.ones(mesh.cells)) == pytest.approx(2.0, rel=1e-14)
-
-
-@pytest.mark.parametrize("stretch", [1.0, 5.0])
-def test_wall_extremes_converge_with_fourth_order_in_corners_and_inside(stretch):
-    errors = []
-    for nx in (16, 32):
-        mesh = Mesh.rectangle((nx, 2 * nx), 2.0, stretch)
-        x = np.diff(np.sin(mesh.x_faces)) / mesh.dx
-        corner = np.diff(np.sin(np.pi * mesh.y_faces)) / (np.pi * mesh.dy)
-        high = wall_extremes(0.3 + 0.1 * x[:, None] * corner[None, :], mesh)
-        errors.append([abs(high[0] - 0.2), abs(high[1] - 0.4)])
-    assert np.all(np.array(errors[0]) / np.array(errors[1]) > 12.0)
-
-
-def test_gas_density_is_that_of_the_wall_face():
-    """In a gas that the wall heats, the face is hotter, hence thinner, than the last cell."""
-    mesh, gas = Mesh.rectangle((8, 8)), Grossman(5e4, 2e-3)
-    state = State.of(gas, mesh, 0.1, 1.0)
-    assert gas_density(state, ThermalWall(4.0)) == pytest.approx(gas.density(gas.pressure(0.1, 1.0), 4.0), rel=1e-14)
-    assert gas_density(state, VibratingWall(strength=0.0)) == pytest.approx(0.1, rel=1e-12)
-    assert gas_density(state, VibratingWall(strength=0.1)) < 0.1
 
 
 def a_cluster(mesh, steepness=30.0):
@@ -218,34 +196,6 @@ def test_check_and_integrator_agree_on_the_first_step():
     deck = parse(Path(__file__).parent.parent.joinpath("problems", "noise.toml").read_text(encoding="utf-8"))
     state = initial_state(deck)
     assert largest_step(deck, state) == pytest.approx(integrator_of(deck, state).largest_step(state), rel=1e-12)
-
-
-def test_a_cluster_across_a_periodic_seam_has_the_height_of_one_inside():
-    mesh = Mesh.rectangle((8, 32), 2.0, periodic=(False, True))
-    line = 0.3 + 0.1 * np.cos(np.pi * (mesh.y - 0.99))
-    inside = np.broadcast_to(line, mesh.cells)
-    seam = np.roll(inside, 16, axis=1)
-    assert wall_extremes(seam, mesh) == pytest.approx(wall_extremes(inside, mesh), rel=1e-14)
-
-
-def test_no_density_beyond_its_bounds_is_extrapolated_to_a_wall():
-    mesh = Mesh.rectangle((8, 8))
-    steep = np.full(mesh.cells, 0.1)
-    steep[0, 0] = 0.95
-    low, high = wall_extremes(steep, mesh)
-    assert 0.0 < low <= high < 1.0
-
-
-def test_averages_on_a_wall_count_whatever_they_are():
-    """Of grains: none in some cells, and layers denser than n_c."""
-    mesh = Mesh.rectangle((8, 8))
-    density = np.full(mesh.cells, 0.1)
-    density[:2, 2:4], density[:2, 5] = 1.06, 0.0
-    assert wall_extremes(density, mesh) == (0.0, 1.06)
-    density[:, :] = 0.0
-    assert wall_extremes(density, mesh) == (0.0, 0.0)
-    density[0], density[1] = 0.01, 0.07  # whose parabola is zero at the wall, but for round-off
-    assert wall_extremes(density, mesh) == (0.01, 0.01)
 
 
 def test_the_number_of_threads_does_not_change_a_bit():
