@@ -1,4 +1,4 @@
-"""Observables of clusters: extremes on the wall, and the density of the gas."""
+"""The observables of clustering: what is read from a density."""
 
 from __future__ import annotations
 
@@ -7,9 +7,45 @@ import pytest
 
 from hydro.gas import Grossman
 from hydro.mesh import Mesh
-from hydro.observables.clustering import gas_density, wall_extremes
+from hydro.observables.clustering import (
+    centre_of_mass,
+    cluster_position,
+    clusters,
+    gas_density,
+    half_waves,
+    wall_extremes,
+)
 from hydro.state import State
 from hydro.walls import ThermalWall, VibratingWall
+
+
+@pytest.mark.parametrize("shift", range(0, 64, 7))
+def test_clusters_are_counted_also_across_a_seam(shift):
+    y = (np.arange(64) + 0.5) / 64
+    line = 0.1 + 0.5 * np.exp(-(((y - 0.25) / 0.05) ** 2)) + 0.3 * np.exp(-(((y - 0.7) / 0.05) ** 2))
+    tops = clusters(np.roll(line, shift), periodic=True)
+    assert sorted((tops - shift) % 64) in ([15, 44], [16, 44], [15, 45], [16, 45])
+    assert clusters(line).size == 2 and clusters(np.full(8, 0.3)).size == 0
+    assert clusters(np.cos(2.0 * np.pi * y) + 1.5).size == 2  # two halves at walls, or one across a seam
+    assert clusters(np.cos(2.0 * np.pi * y) + 1.5, periodic=True).size == 1
+
+
+def test_the_centre_of_mass():
+    mesh = Mesh.rectangle((40, 40), 2.0, 4.0)
+    density = 0.1 * (1.0 + mesh.x[:, None] * (mesh.y[None, :] / 2.0))
+    x, y = centre_of_mass(State.of(Grossman(0.0, 0.0), mesh, density, 1.0))
+    assert (x, y) == pytest.approx((8.0 / 15.0, 16.0 / 15.0), rel=1e-3)
+
+
+def test_half_waves_along_the_wall():
+    mesh = Mesh.rectangle((4, 60), 3.0)
+    for m in range(1, 5):
+        assert half_waves(1.0 + 0.3 * np.cos(m * np.pi * mesh.y / 3.0), mesh) == m
+    assert half_waves(0.02 + np.exp(-((mesh.y / 0.1) ** 2)), mesh) == 1
+    assert half_waves(0.02 + np.exp(-(((mesh.y - 1.5) / 0.1) ** 2)), mesh) == 2
+    assert half_waves(1.0 + 0.009 * np.cos(np.pi * mesh.y / 3.0), mesh) == 0
+    ring = Mesh.rectangle((4, 60), 3.0, periodic=(False, True))
+    assert half_waves(1.0 + 0.3 * np.sin(2.0 * np.pi * ring.y / 3.0), ring) == 2
 
 
 @pytest.mark.parametrize("stretch", [1.0, 5.0])
@@ -59,3 +95,13 @@ def test_averages_on_a_wall_count_whatever_they_are():
     assert wall_extremes(density, mesh) == (0.0, 0.0)
     density[0], density[1] = 0.01, 0.07  # whose parabola is zero at the wall, but for round-off
     assert wall_extremes(density, mesh) == (0.01, 0.01)
+
+
+def test_clusters_on_the_wall():
+    mesh = Mesh.rectangle((4, 20), 2.0)
+    top = 0.73
+    line = 0.3 - 0.1 * (mesh.y - top) ** 2
+    assert cluster_position(np.ones((4, 1)) * line, mesh) == pytest.approx(top, abs=1e-12)
+    assert cluster_position(np.ones((4, 1)) * np.linspace(0.3, 0.1, 20), mesh) == pytest.approx(0.0, abs=1e-12)
+    both = 0.3 - 0.1 * np.abs(np.sin(np.pi * mesh.y / 2.0))
+    assert cluster_position(np.ones((4, 1)) * both * (1.0 + 1e-9 * mesh.y), mesh) == pytest.approx(0.0, abs=1e-12)

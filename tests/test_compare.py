@@ -20,7 +20,7 @@ from hydro.deck.evolution import Movie
 from hydro.mesh import Mesh
 from hydro.movies.movie import Side, Source
 from hydro.movies.moving import NAME, Board, MovingPicture
-from hydro.observables.clustering import CLUSTERING, cluster_position
+from hydro.observables.clustering import CLUSTERING
 from hydro.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from hydro.output.folder import RunFolder
 from hydro.output.history import read_rows
@@ -202,16 +202,6 @@ def test_modes_lie_in_their_sector(periodic):
         density = growth.modes[0].density.real
         for other, part in zip(range(len(growths)), sector_parts(steady, density), strict=False):
             assert part == pytest.approx(density if other == number else 0.0 * density, abs=1e-10)
-
-
-def test_clusters_on_the_wall():
-    mesh = Mesh.rectangle((4, 20), 2.0)
-    top = 0.73
-    line = 0.3 - 0.1 * (mesh.y - top) ** 2
-    assert cluster_position(np.ones((4, 1)) * line, mesh) == pytest.approx(top, abs=1e-12)
-    assert cluster_position(np.ones((4, 1)) * np.linspace(0.3, 0.1, 20), mesh) == pytest.approx(0.0, abs=1e-12)
-    both = 0.3 - 0.1 * np.abs(np.sin(np.pi * mesh.y / 2.0))
-    assert cluster_position(np.ones((4, 1)) * both * (1.0 + 1e-9 * mesh.y), mesh) == pytest.approx(0.0, abs=1e-12)
 
 
 # Which state

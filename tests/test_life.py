@@ -16,12 +16,8 @@ from conftest import PROBLEMS, outcome, restart, summary_of
 from matplotlib.figure import Figure
 
 import hydro.revision
-from hydro.gas import Grossman
-from hydro.mesh import Mesh
-from hydro.observables.clustering import centre_of_mass, clusters
 from hydro.output.folder import RunFolder
 from hydro.output.history import read_rows
-from hydro.state import State
 
 SMALL = ("mesh.cells=[8,16]", "time.end=1.0", "output.times=[0.0,0.5,1.0]", "output.history_every=0.1")
 
@@ -148,21 +144,3 @@ def test_a_history_has_what_set_the_steps(run_deck):
         assert max(counts, key=counts.__getitem__) == name and counts["output"] > 0
         with (folder / "history.csv").open() as file:
             assert float(list(csv.DictReader(file))[-1][f"steps_by_{name}"]) == counts[name]
-
-
-@pytest.mark.parametrize("shift", range(0, 64, 7))
-def test_clusters_are_counted_also_across_a_seam(shift):
-    y = (np.arange(64) + 0.5) / 64
-    line = 0.1 + 0.5 * np.exp(-(((y - 0.25) / 0.05) ** 2)) + 0.3 * np.exp(-(((y - 0.7) / 0.05) ** 2))
-    tops = clusters(np.roll(line, shift), periodic=True)
-    assert sorted((tops - shift) % 64) in ([15, 44], [16, 44], [15, 45], [16, 45])
-    assert clusters(line).size == 2 and clusters(np.full(8, 0.3)).size == 0
-    assert clusters(np.cos(2.0 * np.pi * y) + 1.5).size == 2  # two halves at walls, or one across a seam
-    assert clusters(np.cos(2.0 * np.pi * y) + 1.5, periodic=True).size == 1
-
-
-def test_the_centre_of_mass():
-    mesh = Mesh.rectangle((40, 40), 2.0, 4.0)
-    density = 0.1 * (1.0 + mesh.x[:, None] * (mesh.y[None, :] / 2.0))
-    x, y = centre_of_mass(State.of(Grossman(0.0, 0.0), mesh, density, 1.0))
-    assert (x, y) == pytest.approx((8.0 / 15.0, 16.0 / 15.0), rel=1e-3)

@@ -25,7 +25,6 @@ from hydro.gas import Grossman
 from hydro.initial import initial_state
 from hydro.initial.checkpoint import refilled
 from hydro.mesh import Mesh
-from hydro.observables.clustering import half_waves
 from hydro.output.checkpoint import Checkpoint, read_checkpoint
 from hydro.setup import integrator_of, mesh_of
 from hydro.state import State
@@ -254,17 +253,6 @@ def test_refilling_keeps_bounds_temperature_and_uniform_pressure():
     factor = refilled(state, 1.02 * state.mass).pressure
     assert factor.max() / factor.min() < 1.05
     np.testing.assert_allclose(refilled(state, state.mass).density, n, rtol=1e-10)
-
-
-def test_half_waves_along_the_wall():
-    mesh = Mesh.rectangle((4, 60), 3.0)
-    for m in range(1, 5):
-        assert half_waves(1.0 + 0.3 * np.cos(m * np.pi * mesh.y / 3.0), mesh) == m
-    assert half_waves(0.02 + np.exp(-((mesh.y / 0.1) ** 2)), mesh) == 1
-    assert half_waves(0.02 + np.exp(-(((mesh.y - 1.5) / 0.1) ** 2)), mesh) == 2
-    assert half_waves(1.0 + 0.009 * np.cos(np.pi * mesh.y / 3.0), mesh) == 0
-    ring = Mesh.rectangle((4, 60), 3.0, periodic=(False, True))
-    assert half_waves(1.0 + 0.3 * np.sin(2.0 * np.pi * ring.y / 3.0), ring) == 2
 
 
 # Orders and limits
