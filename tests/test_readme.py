@@ -51,14 +51,19 @@ def test_the_programs_run(capsys):
 EXTENDING = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 
 
-def extension(folder: Path, deck: str, *words: str, package: Path = ROOT) -> dict:
-    """The summary of a deck of docs/extending.md, run in a folder that has all its files."""
+def write_extensions(folder: Path, package: Path = ROOT) -> None:
+    """Write the files of docs/extending.md into a folder, those of the package into a copy of it."""
     for language in ("python", "toml"):
         for text in blocks(language, EXTENDING):
             name = text.partition("\n")[0].removeprefix("# ")
             path = (package if name.startswith("hydro/") else folder) / name
             if package != ROOT or path.parent == folder:
                 path.write_text(text, encoding="utf-8")
+
+
+def extension(folder: Path, deck: str, *words: str, package: Path = ROOT) -> dict:
+    """The summary of a deck of docs/extending.md, run in a folder that has all its files."""
+    write_extensions(folder, package)
     done = subprocess.run(
         [sys.executable, "-m", "hydro", deck, *words, "--output", "run", "--overwrite", "--quiet"],
         cwd=folder, env=os.environ | {"PYTHONPATH": str(package)}, capture_output=True, text=True, check=False,
@@ -77,6 +82,15 @@ def test_a_closure_of_ones_own_runs(tmp_path):
 def test_a_wall_an_initial_state_and_an_integrator_of_ones_own_run(tmp_path):
     ledger = extension(tmp_path, "heated.toml")["energy_ledger"]
     assert ledger["wall"] == pytest.approx(0.01 * 0.25 * 0.2, rel=1e-12) and ledger["collisions"] == 0.0
+
+
+def test_a_wall_of_ones_own_stands_on_any_side(tmp_path):
+    write_extensions(tmp_path)
+    done = subprocess.run(
+        [sys.executable, "walls_on_two_sides.py"], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    temperature, given = map(float, done.stdout.split())
+    assert 1.0 < temperature < 1.1 and 0.0 < given < 0.01
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from hydro.dynamics.godunov import hancock, heat
 from hydro.dynamics.godunov.ghosts import fill_ghosts
 from hydro.dynamics.integrator import Integrator, flow_accounts, flow_limits
 from hydro.errors import StepRejected
-from hydro.fields import MX, E, N
+from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
 from hydro.jit import kernel, part
 from hydro.mesh import GHOSTS, Geometry, Mesh
@@ -74,7 +74,7 @@ class Godunov(Integrator):
     def limits(self, state: State) -> dict[str, float]:
         """Sound: cfl times the time in which the fastest signal crosses half a cell; zero for an inadmissible state."""
         with thread_count(self.threads):
-            signal_rates(self.gas, state.conserved, self.mesh.dx, self.mesh.dy, self._half[0], self._rates)
+            signal_rates(self.gas, self._geometry, state.conserved, self._half[0], self._rates)
         return {"sound": self.cfl / float(self._rates.max()), **self.terms.limits(state)}
 
     def step(self, state: State, dt: float) -> dict[str, float]:
@@ -95,7 +95,7 @@ class Godunov(Integrator):
             self._heat_and_drag(after, 0.5 * dt, booked)
             self._push(after, state.time + dt, 0.5 * dt, booked)
             self._add(rates, after, dt)
-            signal_rates(self.gas, after, self.mesh.dx, self.mesh.dy, before[0], self._rates)
+            signal_rates(self.gas, self._geometry, after, before[0], self._rates)
         if math.isnan(booked[WALL.name]) or not self._rates.max() < math.inf:
             self.remember(guesses)
             raise StepRejected(self._reason(booked[WALL.name], dt))
@@ -182,7 +182,7 @@ def apply_drag(geometry, state, keep):
     lost = 0.0
     for i in range(state.shape[1]):
         width = geometry.scale[i] * geometry.dx[i]
-        lost += width * drag_row(state[0, i], state[1, i], state[2, i], state[3, i], geometry.dy, keep)
+        lost += width * drag_row(state[N, i], state[MX, i], state[MY, i], state[E, i], geometry.dy, keep)
     return lost
 
 
@@ -201,7 +201,7 @@ def drag_row(density, momentum_x, momentum_y, energy, dy, keep):
 
 
 @kernel(parallel=True)
-def signal_rates(gas, state, dx, dy, work, rates):
+def signal_rates(gas, geometry, state, work, rates):
     """Per row the largest rate at which signals cross half a cell, shape (nx,); infinite where n or T is out of bounds.
 
     Half a cell, because the update is unsplit, and because it is unstable beyond, in one direction already, without
@@ -209,12 +209,13 @@ def signal_rates(gas, state, dx, dy, work, rates):
     work: (nx, ny), overwritten.
     """
     for i in prange(state.shape[1]):
-        signal_rate_row(gas, state[0, i], state[1, i], state[2, i], state[3, i], 1.0 / dx[i], dy, work[i])
+        over_dx, scale = 1.0 / geometry.dx[i], geometry.scale[i]
+        signal_rate_row(gas, state[N, i], state[MX, i], state[MY, i], state[E, i], over_dx, scale, geometry.dy, work[i])
         store_largest(work[i], rates, i)
 
 
 @part
-def signal_rate_row(gas, density, momentum_x, momentum_y, energy, over_dx, dy, rates):
+def signal_rate_row(gas, density, momentum_x, momentum_y, energy, over_dx, scale, dy, rates):
     """Signal rates of one row of cells."""
     packed = gas.packing_density()
     for j in range(np.uint64(density.size)):
@@ -223,6 +224,6 @@ def signal_rate_row(gas, density, momentum_x, momentum_y, energy, over_dx, dy, r
         u, v = abs(momentum_x[j] * over), abs(momentum_y[j] * over)
         T = energy[j] * over - 0.5 * (u * u + v * v)
         c = gas.sound_speed_at_pressure(n, gas.pressure(n, T))
-        rate = 2.0 * max((u + c) * over_dx, (v + c) / dy[j])
+        rate = 2.0 * max((u + c) * over_dx, (v + c) / (scale * dy[j]))
         allowed = (n > 0.0) & (n < packed) & (T > 0.0) & (rate < np.inf)
         rates[j] = rate if allowed else np.inf

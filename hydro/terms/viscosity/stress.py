@@ -7,7 +7,7 @@ force is minus the derivative of half the dissipated power with respect to the v
 what the flow loses is what cells and corners dissipate, and that is nowhere negative. A cell is given the work done on
 its halves of the faces, and the heat of its own and of its quarters of the corners, so that the sum of the energies of
 all cells stays, to round-off. No gas flows through closed faces, and the shear stress on corners beside them is that of
-the side.
+the side. Strains are those of rectilinear coordinates: a scale factor other than one would add terms.
 """
 
 from __future__ import annotations
