@@ -90,7 +90,7 @@ def test_a_wall_of_ones_own_stands_on_any_side(tmp_path):
         [sys.executable, "walls_on_two_sides.py"], cwd=tmp_path, capture_output=True, text=True, check=True
     )
     temperature, given = map(float, done.stdout.split())
-    assert 1.0 < temperature < 1.1 and 0.0 < given < 0.01
+    assert temperature > 1.5 and 0.0 < given < 0.01  # most of what one wall gives stays in the gas
 
 
 @pytest.fixture
