@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from hydro.choices import OBSERVABLES
 from hydro.compare.exponential import NoStretch, exponential_stretch
 from hydro.compare.subject import Subject, steady_state_for
 from hydro.mesh import Mesh
-from hydro.observables import observables_of
+from hydro.observables import observables_in, observables_of
 from hydro.observables.sets import values
 from hydro.output.folder import write_json
 from hydro.state import State
@@ -138,7 +137,7 @@ def moves(density: np.ndarray, steady: SteadyState) -> bool:
 def closing(result: Row) -> list[str]:
     """The last checkpoint beside the steady state, and the rates, as tables."""
     last, steady = result["checkpoints"][-1], result["steady_state"]
-    compared = OBSERVABLES[result["observables"]].compared
+    compared = observables_in(result).compared
     where = result["alignment"] + (f", {-last['moved']:.4g} further in y" if last["moved"] else "")
     return [
         *map(attempt_line, result["tried"]),

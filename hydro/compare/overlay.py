@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydro.choices import OBSERVABLES
 from hydro.deck import EvolutionDeck, GrainsDeck
 from hydro.errors import DeckError
 from hydro.mesh import Mesh
-from hydro.observables import Observables, observables_of
+from hydro.observables import Observables, observables_in, observables_of
 from hydro.observables.sets import error_of
 from hydro.output.checkpoint import averaged, read_or_skip, readable_times
 from hydro.output.folder import RunFolder, write_json
@@ -114,7 +113,7 @@ def columns_of(seen: Observables) -> list[str]:
 
 def closing(result: dict[str, Any]) -> list[str]:
     """The last rows of the histories, as a table."""
-    rows, seen = result["runs"], OBSERVABLES[result["observables"]]
+    rows, seen = result["runs"], observables_in(result)
     columns = columns_of(seen)
     width = max(len(row["run"]) for row in rows) + 2
     header = f"{'':<{width}}{'t':>10}" + "".join(f"{seen.label(name):>22}" for name in columns)

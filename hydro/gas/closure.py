@@ -14,9 +14,11 @@ Which constants a closure has is its own affair: nobody else reads them.
 Viscosities are those that kinetic theory gives for the conductivity. With y = Z - 1, Enskog's theory of elastic disks
 (Gass, J. Chem. Phys. 54, 1898, 1971; the elastic limit of Jenkins and Richman, Phys. Fluids 28, 3485, 1985) has
 
-    kappa = 2 (T/pi)^(1/2)/d       y (1/y + 3/2 + (9/16 + 1/pi) y)
-    eta   = (T/pi)^(1/2)/(2 d)     y (1/y + 1 + (1/4 + 2/pi) y)        shear
-    zeta  = (T/pi)^(1/2)/(2 d)     y (4/pi) y                          bulk
+    kappa = 2 (T/pi)^(1/2)/(d chi)     (1 + 3y/2 + (9/16 + 1/pi) y^2)
+    eta   = (T/pi)^(1/2)/(2 d chi)     (1 + y + (1/4 + 2/pi) y^2)          shear
+    zeta  = (T/pi)^(1/2)/(2 d chi)     (4/pi) y^2                          bulk
+
+with chi the contact value of the pair correlation. Only ratios of these are used here.
 
 Scaled units: density n_c, length L_x, temperature T_*.
 """

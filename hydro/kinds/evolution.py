@@ -8,7 +8,6 @@ import time
 from typing import Any
 
 from hydro.check.scales import report
-from hydro.choices import OBSERVABLES
 from hydro.deck import EvolutionDeck
 from hydro.driver.history import History
 from hydro.driver.keeper import Keeper
@@ -17,6 +16,7 @@ from hydro.driver.run_in_folder import Engine, go_on, restore, start, state_of
 from hydro.dynamics.integrator import Integrator
 from hydro.errors import StepRejected
 from hydro.kinds.kind import Kind
+from hydro.observables import observables_in
 from hydro.output.checkpoint import Checkpoint
 from hydro.output.folder import RunFolder
 from hydro.setup import integrator_of
@@ -54,7 +54,7 @@ def begin(deck: EvolutionDeck, saved: Checkpoint | None) -> tuple[Run, float]:
 
 def closing(summary: dict[str, Any]) -> list[str]:
     """The snapshots, and how the run went."""
-    seen = OBSERVABLES[summary["observables"]]
+    seen = observables_in(summary)
     return [
         *map(seen.closing_line, summary["snapshots"]),
         f"{summary['steps']} steps ({summary['rejected_steps']} rejected) in {summary['wall_seconds']:.1f} s; "
@@ -65,7 +65,7 @@ def closing(summary: dict[str, Any]) -> list[str]:
 def scalars(summary: dict[str, Any]) -> dict[str, Any]:
     """Numbers that describe the run: those of its last snapshot among them."""
     rows = summary["snapshots"]
-    return {**summary, **(rows[-1] if rows else {}), "drift": OBSERVABLES[summary["observables"]].drift(rows)}
+    return {**summary, **(rows[-1] if rows else {}), "drift": observables_in(summary).drift(rows)}
 
 
 def warm_up(integrator: Integrator, state: State) -> float:

@@ -15,7 +15,6 @@ from typing import Any, cast
 import numpy as np
 
 from hydro.check.regime import Place, regime, stripe_of
-from hydro.choices import OBSERVABLES
 from hydro.deck import GrainsDeck
 from hydro.driver.history import History
 from hydro.driver.keeper import Keeper
@@ -34,7 +33,7 @@ from hydro.grains.integrator import (
 )
 from hydro.grains.placement import number_of_grains
 from hydro.kinds.kind import Kind
-from hydro.observables import Observables
+from hydro.observables import Observables, observables_in
 from hydro.observables.general import temperature
 from hydro.observables.sets import Quantity, Row, error_of
 from hydro.output.checkpoint import Checkpoint, averaged
@@ -271,7 +270,7 @@ def sawtooth_heat(speed: float) -> float:
 def closing(summary: dict[str, Any]) -> list[str]:
     """The snapshots, and how the run went."""
     lines = [
-        *map(OBSERVABLES[summary["observables"]].closing_line, summary["snapshots"]),
+        *map(observables_in(summary).closing_line, summary["snapshots"]),
         f"{summary['grains']} grains, {summary['collisions']} collisions in {summary['wall_seconds']:.1f} s: "
         f"{summary['collisions_per_second']:.3g} a second; energy residual {summary['energy_ledger']['residual']:.1e}",
     ]

@@ -3,4 +3,4 @@
 from hydro.observables.clustering import CLUSTERING
 from hydro.observables.sets import Observables, observables_of
 
-__all__ = ["CLUSTERING", "Observables", "observables_of"]
+__all__ = ["CLUSTERING", "Observables", "observables_in", "observables_of"]

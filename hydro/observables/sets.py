@@ -7,7 +7,7 @@ pictures, comparisons and reports ask the set of a deck; none of them knows a na
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -144,6 +144,11 @@ class Observables:
 def observables_of(deck: Any) -> Observables:
     """The set for the problem of a deck: of those that fit, the one that comes last."""
     return [each for _, each in OBSERVABLES.items() if each.fits(deck)][-1]
+
+
+def observables_in(result: Mapping[str, Any]) -> Observables:
+    """The set that a summary, or another result, names; that of clusters where a version before 0.2 names none."""
+    return OBSERVABLES[result.get("observables", "clustering")]
 
 
 def values(quantities: tuple[Quantity, ...], state: State, wall: Any) -> Row:
