@@ -4,8 +4,6 @@ import importlib
 from typing import Any
 
 __version__ = "0.2.0"
-__all__ = ["march", "open_run", "open_sweep", "read_history", "run"]
-
 HOMES = {
     "march": "hydro.driver.march",
     "open_run": "hydro.output.dataset",
@@ -13,6 +11,8 @@ HOMES = {
     "read_history": "hydro.output.dataset",
     "run": "hydro.kinds.run",
 }
+
+__all__ = list(HOMES)
 
 
 def __getattr__(name: str) -> Any:

@@ -11,8 +11,9 @@ ENERGY = "n_c T_* L_x^2"  # unit of the books
 class Account(NamedTuple):
     """An entry of the energy ledger. What takes energy from the gas, or gives it some, declares one.
 
-    name: column of the history, key of the summary. sign: 1 for energy that the gas is given, -1 for what it loses;
-    amounts are positive either way. drives: whether the residual of the books is told relative to this account.
+    name: column of the history, key of the summary. sign: 1 where amounts are energy that the gas is given, -1 where
+    they are energy that it loses; an amount may be negative, as that of a wall which takes heat. drives: whether the
+    residual of the books is relative to this account.
     """
 
     name: str
@@ -35,6 +36,11 @@ class Amounts(dict[str, float]):
     def of(cls, accounts: Iterable[Account]) -> Amounts:
         """Zero for every account."""
         return cls({account.name: 0.0 for account in accounts})
+
+    def add_to(self, account: Account | None, amount: float) -> None:
+        """Add an amount to an account, if there is one."""
+        if account is not None:
+            self[account.name] += amount
 
     def add(self, amounts: Mapping[str, float]) -> None:
         """Add to what is there."""

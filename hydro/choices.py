@@ -15,7 +15,7 @@ CLOSURES: Registry[Any] = Registry(
     "closure", {"grossman": "hydro.gas.grossman:Grossman"}, asks="hydro.gas.closure:Closure", compiled=True
 )
 
-# What stands at x = 1: `wall.kind`. Each is a section that gives the law of the wall.
+# What walls do, in decks that at x = 1: `wall.kind`. Each is a section that gives the law of the wall.
 WALLS: Registry[Any] = Registry(
     "wall",
     {

@@ -293,4 +293,5 @@ def item_of(model: type[Section], key: str) -> type[Section] | None:
 def meaning(model: type[Section], key: str) -> str:
     """One line on `key` of `model`: its description, or that of the section that it is."""
     field = model.model_fields[key]
-    return field.description or (getattr(field.annotation, "__doc__", None) or "").rstrip(".")
+    section = isinstance(field.annotation, type) and issubclass(field.annotation, Section)
+    return field.description or ((field.annotation.__doc__ or "").rstrip(".") if section else "")

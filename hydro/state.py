@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
 from hydro.mesh import Mesh
 
@@ -36,20 +37,20 @@ class State:
 
     @property
     def density(self) -> np.ndarray:
-        return self.conserved[0]
+        return self.conserved[N]
 
     @property
     def velocity(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.conserved[1] / self.density, self.conserved[2] / self.density
+        return self.conserved[MX] / self.density, self.conserved[MY] / self.density
 
     @property
     def kinetic_energy(self) -> np.ndarray:
         """Energy of the flow per area."""
-        return 0.5 * (self.conserved[1] ** 2 + self.conserved[2] ** 2) / self.density
+        return 0.5 * (self.conserved[MX] ** 2 + self.conserved[MY] ** 2) / self.density
 
     @property
     def temperature(self) -> np.ndarray:
-        return (self.conserved[3] - self.kinetic_energy) / self.density
+        return (self.conserved[E] - self.kinetic_energy) / self.density
 
     @property
     def pressure(self) -> np.ndarray:
@@ -74,7 +75,7 @@ class State:
 
     @property
     def energy(self) -> float:
-        return self.mesh.integral(self.conserved[3])
+        return self.mesh.integral(self.conserved[E])
 
 
 def inadmissible(state: State) -> np.ndarray:

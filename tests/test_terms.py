@@ -99,7 +99,7 @@ def test_a_term_limits_the_step_and_is_named_where_steps_are_counted():
         run = Run(state.copy(), method(state.gas, ElasticWall(), state.mesh, [Slow()]), 3e-4)
         while run.state.time < run.end:
             advance(run, run.end)
-        assert run.dt <= 1e-4 and run.set_by["terms"] >= 1
+        assert run.dt <= 1e-4 and run.set_by["slow"] >= 1
 
 
 def test_drag_of_two_terms_adds_and_is_booked_under_one_account():
@@ -129,3 +129,21 @@ def test_a_section_beside_a_term_is_a_section_of_decks(monkeypatch):
     assert not [term for term in terms_of(without) if isinstance(term, Lift)]
     (lift,) = (term for term in terms_of(lifted) if isinstance(term, Lift))
     assert lift.force.tolist() == [0.0, 0.4]
+
+
+class Unbooked(Lift):
+    account = None
+
+
+class Misshapen(Lift):
+    def acceleration(self, time: float, state: State) -> np.ndarray:
+        return np.ones(state.mesh.cells[0])
+
+
+@pytest.mark.parametrize("method", INTEGRATORS)
+def test_a_force_without_an_account_acts_and_one_of_another_shape_is_refused(method):
+    state = gas_at_rest((True, True))
+    march(state, method(state.gas, ElasticWall(), state.mesh, [Unbooked(0.3)]), 0.1)
+    assert state.velocity[0] == pytest.approx(0.03, rel=1e-12)
+    with pytest.raises(ValueError, match=r"Misshapen gives a field of shape \(8,\); \(2, 8, 12\) is wanted"):
+        method(state.gas, ElasticWall(), state.mesh, [Misshapen(0.3)]).step(state, 1e-3)

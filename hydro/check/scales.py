@@ -71,8 +71,8 @@ def _time_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     gas, mean = state.gas, mean_density(state)
     T = float(state.temperature.mean())
     found = [Scale("sound time", 1.0 / float(gas.sound_speed(mean, T)), "L_x over the sound speed at the start")]
-    if gas.conducts():
-        conduction = mean / float(gas.conductivity(mean, T))
+    if (kappa := float(gas.conductivity(mean, T))) > 0.0:
+        conduction = mean / kappa
         found.append(Scale("conduction time", conduction, "n L_x^2/kappa at the start"))
     if (loss := float(gas.cooling(mean, T))) > 0.0:
         found.append(Scale("cooling time", 2.0 * mean * T / loss, "t_c of T = T_0/(1 + t/t_c)^2 at the start"))

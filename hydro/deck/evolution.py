@@ -158,7 +158,7 @@ class RunDeck(ExperimentDeck):
             return initial
         if gas.f is None:
             raise broken_rule(f"required by the initial state {initial.kind!r}: average area fraction n/n_c", "gas.f")
-        if gas.f * (1 + initial.largest) >= 1:
+        if gas.f * (1 + initial.largest) >= gas.packing_density:
             raise broken_rule("the initial state reaches close packing with its amplitude", "gas.f", gas.f)
         return initial
 

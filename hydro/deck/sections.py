@@ -7,16 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, Strict, ValidationError, ValidationInfo, field_validator
+from pydantic import Field, Strict, ValidationError, ValidationInfo, field_validator, model_validator
 
 from hydro.choices import CLOSURES
 from hydro.deck.experiment import STAND_IN, Experiment, Scaled
 from hydro.schema import (
     Axes,
     Cells,
-    Density,
     Law,
     Named,
     NonNegative,
@@ -72,7 +71,7 @@ class Gas(Law):
         title="collisional_loss",
         description="collisional loss, (32/(3 gamma)) (L_x/d)^2 (1-r^2); 0 for elastic grains",
     )
-    f: Density | None = Field(
+    f: Positive | None = Field(
         default=None,
         title="area_fraction",
         description="average area fraction n/n_c; required unless the initial state fixes the density",
@@ -95,6 +94,17 @@ class Gas(Law):
     closure: Annotated[Text, Named(CLOSURES)] = Field(
         default="grossman", description="equation of state, mean free path, conductivity and cooling"
     )
+
+    @model_validator(mode="after")
+    def _check_packing(self) -> Self:
+        if self.made is not None and self.f is not None and self.f >= self.packing_density:
+            raise broken_rule(f"must be less than {self.packing_density:g}", "gas.f", self.f)
+        return self
+
+    @property
+    def packing_density(self) -> float:
+        """The density at which the gas packs, in n_c."""
+        return float(self.law().packing_density())
 
 
 class Box(Section):

@@ -10,7 +10,6 @@ from hydro.choices import CLOSURES, PARAMETERS, SEARCHES, WALL_CONDITIONS, WALLS
 from hydro.deck.sections import ClosedBox, ExperimentDeck, Gas, Mesh
 from hydro.schema import (
     Chosen,
-    Density,
     Flag,
     HalfWaves,
     Named,
@@ -28,7 +27,7 @@ class SteadyGas(Gas):
     """The granular gas. Densities of steady states know only L and f; K and tau set the time scale of growth rates."""
 
     L: Positive = Field(title="collisional_loss", description="collisional loss, (32/(3 gamma)) (L_x/d)^2 (1-r^2)")
-    f: Density = Field(title="area_fraction", description="average area fraction n/n_c")
+    f: Positive = Field(title="area_fraction", description="average area fraction n/n_c")
     K: Positive = Field(default=2e-3, title="conduction", description="heat conduction, mu d/L_x")
     tau: Positive = Field(
         default=200.0,
@@ -79,7 +78,7 @@ class SteadyBaseDeck(ExperimentDeck):
     @classmethod
     def _check_wall(cls, wall: Any) -> Any:
         if getattr(wall, "W", 1.0) == 0.0:
-            raise broken_rule("must be greater than 0", "wall.W", wall.W)
+            raise broken_rule("must be greater than 0", "wall.W", f"{wall.W:g}")
         return wall
 
 
@@ -106,7 +105,7 @@ class BranchGas(SteadyGas):
     L: Positive | None = Field(  # type: ignore[assignment]
         default=None, title="collisional_loss", description="collisional loss; required unless it is the parameter"
     )
-    f: Density | None = Field(  # type: ignore[assignment]
+    f: Positive | None = Field(  # type: ignore[assignment]
         default=None, title="area_fraction", description="average area fraction; required unless it is the parameter"
     )
 

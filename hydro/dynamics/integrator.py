@@ -22,7 +22,7 @@ def flow_accounts(terms: Terms) -> tuple[Account, ...]:
 
 def flow_limits(terms: Terms) -> tuple[str, ...]:
     """What may limit its steps."""
-    return (*FLOW_LIMITS, "terms") if terms.limiting else FLOW_LIMITS
+    return (*FLOW_LIMITS, *terms.limiting)
 
 
 class Integrator(Protocol):

@@ -116,7 +116,7 @@ class HardDisks:
 
     def conducts(self):
         """Whether heat is conducted at all; without it no heat comes from walls, and none is lost in collisions."""
-        return True
+        return bool(self.conductivity_coefficient(0.5 * min(self.packing_density(), 1.0)) > 0.0)
 
     def reduced(self):
         """The gas without factors of its conduction and cooling that only set scales: here, none are known."""

@@ -3,8 +3,6 @@
 from importlib import import_module
 from typing import Any
 
-__all__ = ["Friction", "Source", "Stress", "Term", "Terms", "Viscosity"]
-
 HOMES = {
     "Friction": "hydro.terms.friction",
     "Source": "hydro.terms.source",
@@ -13,6 +11,8 @@ HOMES = {
     "Terms": "hydro.terms.together",
     "Viscosity": "hydro.terms.viscosity",
 }
+
+__all__ = list(HOMES)
 
 
 def __getattr__(name: str) -> Any:

@@ -41,6 +41,11 @@ class Term:
 
     account: Account | None = None
 
+    @property
+    def name(self) -> str:
+        """What a limit of the step is called where steps are counted by what set them."""
+        return type(self).__name__.lower()
+
     @classmethod
     def of(cls, deck: Any) -> Self | None:
         """The term as a deck has it; None where it has none."""

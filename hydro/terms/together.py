@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,13 @@ from hydro.mesh import Mesh
 from hydro.state import State
 from hydro.terms.term import Stress, Term
 from hydro.walls.boundary import Boundary
+
+
+class Given(NamedTuple):
+    """A field that a term gives, and the account under which its energy is booked, if under any."""
+
+    account: Account | None
+    field: np.ndarray
 
 
 class Terms:
@@ -27,9 +35,13 @@ class Terms:
         return tuple(dict.fromkeys(term.account for term in self.terms if term.account is not None))
 
     @property
-    def limiting(self) -> bool:
-        """Whether one of them may limit the step."""
-        return any(type(term).largest_step is not Term.largest_step for term in self.terms)
+    def limiting(self) -> dict[str, list[Term]]:
+        """Those that may limit the step, by name."""
+        found: dict[str, list[Term]] = {}
+        for term in self.terms:
+            if type(term).largest_step is not Term.largest_step:
+                found.setdefault(term.name, []).append(term)
+        return found
 
     @property
     def forcing(self) -> bool:
@@ -37,16 +49,16 @@ class Terms:
         return any(type(term).acceleration is not Term.acceleration for term in self.terms)
 
     def limits(self, state: State) -> dict[str, float]:
-        """The longest step that they allow, under the name `terms`; nothing where none limits it."""
-        return {"terms": min(term.largest_step(state) for term in self.terms)} if self.limiting else {}
+        """The longest steps that they allow, by the names of the terms that limit it."""
+        return {name: min(term.largest_step(state) for term in terms) for name, terms in self.limiting.items()}
 
-    def rates(self, time: float, mesh: Mesh) -> list[tuple[str, np.ndarray]]:
-        """What they add to the rates of the conserved fields, each (4, nx, ny), with the names of their accounts."""
-        return named((term, term.rates(time, mesh)) for term in self.terms)
+    def rates(self, time: float, mesh: Mesh) -> list[Given]:
+        """What they add to the rates of the conserved fields, each (4, nx, ny); ValueError for another shape."""
+        return given(((term, term.rates(time, mesh)) for term in self.terms), (4, *mesh.cells))
 
-    def forces(self, time: float, state: State) -> list[tuple[str, np.ndarray]]:
-        """Their forces per mass, each (2, nx, ny), with the names of their accounts."""
-        return named((term, term.acceleration(time, state)) for term in self.terms)
+    def forces(self, time: float, state: State) -> list[Given]:
+        """Their forces per mass, each (2, nx, ny); ValueError for another shape."""
+        return given(((term, term.acceleration(time, state)) for term in self.terms), (2, *state.mesh.cells))
 
     def drag_losses(self, lost: float) -> dict[str, float]:
         """Energy lost by drag, by account: in proportion to the rates."""
@@ -63,6 +75,13 @@ class Terms:
         return [stress for stress in found if stress is not None]
 
 
-def named(given: Iterable[tuple[Term, np.ndarray | None]]) -> list[tuple[str, np.ndarray]]:
-    """Fields that there are, with the names of the accounts of their terms."""
-    return [(term.account.name, field) for term, field in given if field is not None and term.account is not None]
+def given(fields: Iterable[tuple[Term, np.ndarray | None]], shape: tuple[int, ...]) -> list[Given]:
+    """Those fields that there are, with the accounts of their terms."""
+    found = []
+    for term, field in fields:
+        if field is None:
+            continue
+        if np.shape(field) != shape:
+            raise ValueError(f"{type(term).__name__} gives a field of shape {np.shape(field)}; {shape} is wanted")
+        found.append(Given(term.account, field))
+    return found

@@ -6,14 +6,17 @@ whatever the laws are, and a new law costs its own kernels only.
 
 from __future__ import annotations
 
+import itertools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydro.errors import StepRejected
 from hydro.fields import N, P, U, V
 from hydro.gas import Closure
 from hydro.jit import kernel
-from hydro.mesh import GHOSTS, Mesh
+from hydro.mesh import GHOSTS, Geometry, Mesh
 from hydro.walls.elastic import ElasticWall
 from hydro.walls.sides import Walls
 
@@ -23,8 +26,10 @@ LOW, HIGH = 0, 1  # the sides x = 0 and x = 1 of `x`, and y = 0 and y = aspect r
 HEAT = 0  # heat into the gas, per length and time
 HEAT_N, HEAT_T = 1, 2  # its slopes in density and temperature of the cell
 TEMPERATURE = 3  # of the wall face; zero until a law has found it
-FLOW = 4  # momentum density of the gas through the side, along x or y
-STRESS = 5  # force along the side on the gas, per length; on corners, so with an entry more
+FLOW = (
+    4  # momentum density of the gas through the side, along x or y; `lagrange-remap` reads it, and no law fills it yet
+)
+STRESS = 5  # force along the side on the gas, per length, on corners, so with an entry more; no law fills it yet
 ROWS = 6
 
 # Long name and unit of what a boundary remembers.
@@ -73,14 +78,18 @@ class Boundary:
         self.heated = tuple(self._heated()) if gas.conducts() else ()
 
     def _heated(self):
-        mesh, sides = self.mesh, self.sides
-        for axis, (rows, widths, lengths) in enumerate(((sides.x, mesh.dx, mesh.dy), (sides.y, mesh.dy, mesh.dx))):
-            for end in (LOW, HIGH):
-                name = f"{'xy'[axis]}{end}"
-                law, last = getattr(self.walls, name), -end
-                if not mesh.periodic[axis] and hasattr(law, "face"):
-                    place = (last, slice(None)) if axis == 0 else (slice(None), last)
-                    yield HeatedSide(name, law, rows[end, :, :-1], lengths, 0.5 * widths[last], place)
+        geometry, sides = Geometry.of(self.mesh), self.sides
+        for axis, end in itertools.product((0, 1), (LOW, HIGH)):
+            name, last = f"{'xy'[axis]}{end}", -end
+            law = getattr(self.walls, name)
+            if self.mesh.periodic[axis] or not hasattr(law, "face"):
+                continue
+            if axis == 0:
+                lengths, half_width, rows = geometry.scale_x[last] * geometry.dy, 0.5 * geometry.dx[last], sides.x
+            else:
+                lengths, half_width, rows = geometry.dx, 0.5 * geometry.dy[last], sides.y
+            place = (last, slice(None)) if axis == 0 else (slice(None), last)
+            yield HeatedSide(name, law, rows[end, :, :-1], lengths, half_width, place)
 
     def reflect(self, axis: int) -> None:
         """Turn the images that the ghost rows along an axis hold into what lies beyond its two walls."""
@@ -94,10 +103,16 @@ class Boundary:
         return [np.ascontiguousarray(field[side.cells]) for side in self.heated]
 
     def give_heat(self, densities: list[np.ndarray], temperatures: list[np.ndarray]) -> float:
-        """Have the laws find their heat for fields as from `beside`; returns the power that the walls give."""
+        """Have the laws find their heat for fields as from `beside`; returns the power that the walls give.
+
+        StepRejected where a law finds none.
+        """
         power = 0.0
         for side, n, T in zip(self.heated, densities, temperatures, strict=True):
-            power += fill_heat(side.law, self.gas, n, T, side.half_width, side.lengths, side.rows)
+            given = fill_heat(side.law, self.gas, n, T, side.half_width, side.lengths, side.rows)
+            if math.isnan(given):
+                refuse_no_heat(side, n, T)
+            power += given
         return power
 
     def give_slopes(self, densities: list[np.ndarray], temperatures: list[np.ndarray]) -> None:
@@ -113,6 +128,16 @@ class Boundary:
         """Take back what `temperatures` gave."""
         for side in self.heated:
             side.rows[TEMPERATURE] = memory[f"wall_temperature_{side.name}"]
+
+
+def refuse_no_heat(side: HeatedSide, n: np.ndarray, T: np.ndarray) -> None:
+    """StepRejected where a law finds no heat for gas that is as it should be."""
+    no_heat = np.isnan(side.rows[HEAT]) & (n > 0.0) & (T > 0.0)
+    if no_heat.any():
+        j = int(np.argmax(no_heat))
+        raise StepRejected(
+            f"the law of the wall {side.name} finds no heat for n = {n[j]:.4g}, T = {T[j]:.4g} beside it"
+        )
 
 
 def wall_heat(gas: Closure, law: Any, density: np.ndarray, temperature: np.ndarray, half_width: float):

@@ -12,7 +12,7 @@ class SmoothWall:
     """A wall that no gas passes and that does not hold it back."""
 
     def beyond(self, n, normal, tangential, p):
-        """Density, velocities along and across the wall, and pressure beyond it, for those of the cell's image."""
+        """Density, velocities across and along the wall, and pressure beyond it, for those of the cell's image."""
         return n, -normal, tangential, p
 
 

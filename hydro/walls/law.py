@@ -1,4 +1,4 @@
-"""What solvers ask of a driving wall."""
+"""What solvers ask of a wall."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from typing import Protocol
 
 
 class WallLaw(Protocol):
-    """The heat that a wall at x = 1 gives; a NamedTuple of its constants.
+    """The heat that a wall gives; a NamedTuple of its constants.
 
-    All arguments are numbers: density n and temperature T of the last cell, the distance from its centre to the wall.
+    All arguments are numbers: density n and temperature T of the cell beside it, the distance from its centre to the
+    wall. A law may also have `beyond(n, normal, tangential, p)`, which turns the image of a cell into what lies beyond
+    the wall, as in `hydro.walls.elastic`; without it the wall is smooth. Without `face` it gives no heat.
     """
 
     def face(self, gas, n, T, half_width, guess):

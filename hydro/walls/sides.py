@@ -18,4 +18,8 @@ class Walls(NamedTuple):
     @classmethod
     def of(cls, walls: Any) -> Walls:
         """These walls; a law alone is that of the driving wall at x = 1."""
-        return walls if isinstance(walls, Walls) else cls(x1=walls)
+        found = walls if isinstance(walls, Walls) else cls(x1=walls)
+        for side, law in zip(cls._fields, found, strict=True):
+            if isinstance(law, type):
+                raise TypeError(f"the wall {side} is the class {law.__name__}; give a law, {law.__name__}(...)")
+        return found

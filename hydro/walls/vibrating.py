@@ -28,6 +28,12 @@ class VibratingWall(VibratingWallConstants, HeatedFace):
 
     __slots__ = ()
 
+    def __new__(cls, strength: float):
+        """ValueError for a wall that would take heat: its law has no such solution."""
+        if strength < 0.0:
+            raise ValueError(f"strength = {strength}: a vibrating wall gives heat")
+        return super().__new__(cls, strength)
+
     def face(self, gas, n, T, half_width, guess):
         """(heat flux into the gas, wall temperature) for a last cell of density n, temperature T.
 

@@ -26,7 +26,7 @@ def image_x(gas, periodic, state, ghosts):
     """Images of the rows beside the sides in x; beyond a periodic side, the rows at the other end."""
     nx = state.shape[1]
     for ghost in range(GHOSTS):
-        low, high = (nx - 1 - ghost, ghost) if periodic else (ghost, nx - 1 - ghost)
+        low, high = ((nx - 1 - ghost) % nx, ghost % nx) if periodic else (ghost, nx - 1 - ghost)
         image_row(gas, state, low, ghosts[LOW, ghost])
         image_row(gas, state, high, ghosts[HIGH, ghost])
 
@@ -45,7 +45,7 @@ def image_y(gas, periodic, state, ghost_x, ghosts):
     """The same in y, of columns that begin and end with the ghost rows in x."""
     ny = state.shape[2]
     for ghost in range(GHOSTS):
-        low, high = (ny - 1 - ghost, ghost) if periodic else (ghost, ny - 1 - ghost)
+        low, high = ((ny - 1 - ghost) % ny, ghost % ny) if periodic else (ghost, ny - 1 - ghost)
         image_column(gas, state, ghost_x, low, ghosts[LOW, ghost])
         image_column(gas, state, ghost_x, high, ghosts[HIGH, ghost])
 

@@ -21,9 +21,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from hydro.fields import N
+from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
-from hydro.gas.conduction import conducted_heat
+from hydro.gas.conduction import conducted_heat, face_conductance
 from hydro.jit import kernel, part
 from hydro.mesh import Geometry, Mesh
 from hydro.numerics.reduce import store_largest
@@ -133,7 +133,7 @@ def over(share: float, rate: float) -> float:
 def begin(gas, state, arrays):
     """Temperatures and coefficients of `state`."""
     for i in prange(state.shape[1]):
-        begin_row(gas, state[0, i], state[1, i], state[2, i], state[3, i], arrays.work, i)
+        begin_row(gas, state[N, i], state[MX, i], state[MY, i], state[E, i], arrays.work, i)
 
 
 @part
@@ -234,9 +234,9 @@ def conductance_line(geometry, arrays, i, s):
     over_dx, over_scale = 1.0 / (scale * geometry.dx[i]), 1.0 / (scale * scale)
     for k in range(ONE, np.uint64(ny + 1)):
         j = k - ONE
-        x_part = below * (K_behind[k] + K[k]) + above * (K[k] + K_ahead[k])
-        y_part = over_scale * (inverse_y[j] * (K[j] + K[k]) + inverse_y[k] * (K[k] + K[k + ONE]))
-        conductance[k] = 0.5 * (x_part * over_dx + y_part / dy[j])
+        x_part = face_conductance(below, K_behind[k], K[k]) + face_conductance(above, K[k], K_ahead[k])
+        y_part = face_conductance(inverse_y[j], K[j], K[k]) + face_conductance(inverse_y[k], K[k], K[k + ONE])
+        conductance[k] = x_part * over_dx + over_scale * y_part / dy[j]
 
 
 @part
@@ -355,7 +355,7 @@ def stage_row(work, last, i, divergence, mu, nu, rate, start_rate):
 def correct(geometry, arrays, state, dt):
     """Cool each cell to fourth order under its mean conducted heat; put the change into energy and START."""
     for i in prange(state.shape[1]):
-        correct_row(geometry, arrays.work, arrays.sums, state[0, i], state[3, i], i, dt)
+        correct_row(geometry, arrays.work, arrays.sums, state[N, i], state[E, i], i, dt)
 
 
 @part

@@ -29,6 +29,7 @@ from hydro.mesh import GHOSTS, Geometry, Mesh
 from hydro.numerics.reduce import store_largest
 from hydro.state import State, worst_cell
 from hydro.terms import Term, Terms
+from hydro.terms.together import Given
 from hydro.walls.boundary import REMEMBERED, Boundary
 
 CELLS_PER_THREAD = 4096  # fewer are not worth waking a thread for
@@ -67,7 +68,7 @@ class Godunov(Integrator):
         self._limiter, self._riemann = LIMITERS[limiter], RIEMANN_SOLVERS[riemann]
         self._geometry = Geometry.of(mesh)
         self._heat = heat.Heat(gas, self.boundary, mesh, threads) if gas.conducts() else None
-        self._stresses = self.terms.stresses(gas, self.boundary, mesh)
+        self.stresses = self.terms.stresses(gas, self.boundary, mesh)
         self._half, self._next = np.empty((4, *mesh.cells)), np.empty((4, *mesh.cells))
         self._scratch, self._rates = hancock.scratch_for(threads), np.empty(mesh.cells[0])
 
@@ -81,21 +82,25 @@ class Godunov(Integrator):
         """Advance `state` in place by `dt`; StepRejected, if n or T would leave its bounds, leaves it untouched."""
         guesses, booked = self.memory(), Amounts.of(self.accounts)
         rates = self.terms.rates(state.time + 0.5 * dt, self.mesh)
-        for name, field in rates:
-            booked[name] += dt * self.mesh.integral(field[E])
+        for account, field in rates:
+            booked.add_to(account, dt * self.mesh.integral(field[E]))
         before, after = self._half, self._next
         before[:] = state.conserved
-        with thread_count(self.threads):
-            self._add(rates, before, dt)
-            self._push(before, state.time, 0.5 * dt, booked)
-            self._heat_and_drag(before, 0.5 * dt, booked)
-            self._shear(before, 0.5 * dt)
-            self._flow(before, after, dt)
-            self._shear(after, 0.5 * dt)
-            self._heat_and_drag(after, 0.5 * dt, booked)
-            self._push(after, state.time + dt, 0.5 * dt, booked)
-            self._add(rates, after, dt)
-            signal_rates(self.gas, self._geometry, after, before[0], self._rates)
+        try:
+            with thread_count(self.threads):
+                self._apply_sources(rates, before, dt)
+                self._apply_forces(before, state.time, 0.5 * dt, booked)
+                self._heat_and_drag(before, 0.5 * dt, booked)
+                self._apply_stresses(before, 0.5 * dt)
+                self._flow(before, after, dt)
+                self._apply_stresses(after, 0.5 * dt)
+                self._heat_and_drag(after, 0.5 * dt, booked)
+                self._apply_forces(after, state.time + dt, 0.5 * dt, booked)
+                self._apply_sources(rates, after, dt)
+                signal_rates(self.gas, self._geometry, after, before[0], self._rates)
+        except StepRejected:
+            self.remember(guesses)
+            raise
         if math.isnan(booked[WALL.name]) or not self._rates.max() < math.inf:
             self.remember(guesses)
             raise StepRejected(self._reason(booked[WALL.name], dt))
@@ -110,22 +115,22 @@ class Godunov(Integrator):
             return f"conduction or cooling is too fast for dt = {dt:.3g}, most of all at x = {x:.4g}"
         return worst_cell(State(self.gas, self.mesh, self._next))
 
-    def _add(self, rates: list[tuple[str, np.ndarray]], state: np.ndarray, dt: float) -> None:
+    def _apply_sources(self, rates: list[Given], state: np.ndarray, dt: float) -> None:
         """Half of the rates over the whole step."""
         for _, field in rates:
             state += 0.5 * dt * field
 
-    def _push(self, state: np.ndarray, time: float, dt: float, booked: Amounts) -> None:
+    def _apply_forces(self, state: np.ndarray, time: float, dt: float, booked: Amounts) -> None:
         """The forces at `time` for `dt`: exact in momentum and energy if they are constant."""
         forces = self.terms.forces(time, State(self.gas, self.mesh, state, time))
         if not forces:
             return
         change = dt * state[N] * sum(force for _, force in forces)
         middle = state[MX:E] + 0.5 * change
-        for name, force in forces:
+        for account, force in forces:
             work = dt * (middle * force).sum(axis=0)
             state[E] += work
-            booked[name] += self.mesh.integral(work)
+            booked.add_to(account, self.mesh.integral(work))
         state[MX:E] += change
 
     def _heat_and_drag(self, state: np.ndarray, dt: float, booked: Amounts) -> None:
@@ -137,9 +142,9 @@ class Godunov(Integrator):
             lost = apply_drag(self._geometry, state, math.exp(-dt * self.terms.drag_rate))
             booked.add(self.terms.drag_losses(lost))
 
-    def _shear(self, state: np.ndarray, dt: float) -> None:
+    def _apply_stresses(self, state: np.ndarray, dt: float) -> None:
         """Stresses for `dt`."""
-        for stress in self._stresses:
+        for stress in self.stresses:
             stress.advance(state, dt)
 
     def _flow(self, before: np.ndarray, after: np.ndarray, dt: float) -> None:

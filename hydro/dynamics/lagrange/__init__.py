@@ -12,6 +12,7 @@ second-order backward difference (BDF2; Hundsdorfer and Verwer, 2003, IV.4) it i
 as backward Euler: sound that is not resolved dies. Steps are limited by the remap (no face crosses more than a share
 `cfl` of a cell) and by the change that the extrapolation does not foresee (`tolerance`).
 
+    integrator      the steps; workspace: their arrays; rows: arithmetic of rows
     extrapolation   what the last two states say of the new one, and how far that was wrong
     transport       what the faces sweep over, and the momentum that streams
     balance         what is missing in the balances of mass and energy of every cell

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hydro.dynamics.lagrange.balance import cell_momenta, flux_lines
-from hydro.dynamics.lagrange.workspace import ALONG, CELL_MOMENTUM
+from hydro.dynamics.lagrange.workspace import ALONG, CELL_MOMENTUM, ENERGY_LINE, MASS_LINE
 from hydro.fields import MX, MY, E, N
 from hydro.jit import kernel, part
 
@@ -14,14 +14,24 @@ from hydro.jit import kernel, part
 def complete(geometry, sides, P, T, h, drag, power, work, state, momentum):
     """The new state (4, nx, ny), after `find_closures` and the walls, and the momenta of the faces, into `momentum`.
 
-    power: what the walls give. Returns the powers lost in collisions and by drag. The iteration leaves a little of the
-    balances; a common factor on density, and one on energy, makes up for it: mass and the books of energy are exact.
+    power: the heat of the walls. Returns the power that comes through the sides, with gas or without, and those lost
+    in collisions and by drag. The iteration leaves a little of the balances; a common factor on density, and one on
+    energy, makes up for it: mass and the books of energy are exact.
     """
     slow, lines = 1.0 / (1.0 + h * drag), work.lines
     nx, ny = P.shape
     mass, energy, base_mass, base_energy, lost, dragged = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    mass_in, energy_in = 0.0, 0.0
     for i in range(nx):
         low, high = flux_lines(geometry, sides, P, T, h, slow, work, i)
+        mass_in += lines[ALONG + MASS_LINE, 0] - lines[ALONG + MASS_LINE, ny]
+        energy_in += lines[ALONG + ENERGY_LINE, 0] - lines[ALONG + ENERGY_LINE, ny]
+        if i == 0:
+            mass_in += total(lines[low + MASS_LINE, :ny])
+            energy_in += total(lines[low + ENERGY_LINE, :ny])
+        if i == nx - 1:
+            mass_in -= total(lines[high + MASS_LINE, :ny])
+            energy_in -= total(lines[high + ENERGY_LINE, :ny])
         cell_momenta(lines, low, high, ny)
         state_row(work.density[i], T[i], lines, state[N, i], state[MX, i], state[MY, i], state[E, i])
         sums = sums_of_row(
@@ -36,9 +46,19 @@ def complete(geometry, sides, P, T, h, drag, power, work, state, momentum):
         momentum.y[i] = lines[ALONG, : ny + 1]
         if i == nx - 1:
             momentum.x[nx] = lines[high, :ny]
-    state[N] *= base_mass / mass
-    state[E] *= (base_energy + h * (power - lost - dragged)) / energy
-    return lost, dragged
+    given = power + energy_in
+    state[N] *= (base_mass + h * mass_in) / mass
+    state[E] *= (base_energy + h * (given - lost - dragged)) / energy
+    return given, lost, dragged
+
+
+@part
+def total(values):
+    """Sum of a row."""
+    result = 0.0
+    for value in values:
+        result += value
+    return result
 
 
 @part(exact=True)

@@ -49,29 +49,29 @@ def primitive_row(gas, density, momentum_x, momentum_y, energy):
 
 
 @kernel(exact=True)
-def first_guess(gas, ahead, missed, share, pressure, temperature):
-    """A first guess of the unknowns: `ahead`, and `share` of what it missed the last time, at most half of itself."""
+def first_guess(gas, ahead, error, share, pressure, temperature):
+    """A first guess of the unknowns: `ahead`, and `share` of its last `error`, at most half of itself."""
     for i in range(pressure.shape[0]):
         k = i + GHOSTS
-        density, foreseen, missed_P, missed_T = ahead[N, k], ahead[P, k], missed[0, i], missed[1, i]
+        density, foreseen, error_P, error_T = ahead[N, k], ahead[P, k], error[0, i], error[1, i]
         P_row, T_row = pressure[i], temperature[i]
         for j in range(np.uint64(P_row.size)):
             p = foreseen[j]
             t = gas.temperature(density[j], p)
-            P_row[j] = p + max(-0.5 * p, min(0.5 * p, share * missed_P[j]))
-            T_row[j] = t + max(-0.5 * t, min(0.5 * t, share * missed_T[j]))
+            P_row[j] = p + max(-0.5 * p, min(0.5 * p, share * error_P[j]))
+            T_row[j] = t + max(-0.5 * t, min(0.5 * t, share * error_T[j]))
 
 
 @kernel(exact=True)
-def extrapolation_error(gas, ahead, pressure, temperature, missed):
-    """What the extrapolation missed of the unknowns; to leading order the curvature in time."""
+def extrapolation_error(gas, ahead, pressure, temperature, error):
+    """The unknowns less what was extrapolated of them, into `error`; to leading order the curvature in time."""
     for i in range(pressure.shape[0]):
         k = i + GHOSTS
-        density, foreseen, missed_P, missed_T = ahead[N, k], ahead[P, k], missed[0, i], missed[1, i]
+        density, foreseen, error_P, error_T = ahead[N, k], ahead[P, k], error[0, i], error[1, i]
         P_row, T_row = pressure[i], temperature[i]
         for j in range(np.uint64(P_row.size)):
-            missed_P[j] = P_row[j] - foreseen[j]
-            missed_T[j] = T_row[j] - gas.temperature(density[j], foreseen[j])
+            error_P[j] = P_row[j] - foreseen[j]
+            error_T[j] = T_row[j] - gas.temperature(density[j], foreseen[j])
 
 
 @kernel

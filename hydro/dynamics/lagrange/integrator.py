@@ -24,7 +24,7 @@ from hydro.gas import Closure
 from hydro.mesh import Faces, Geometry, Mesh
 from hydro.state import State, worst_cell
 from hydro.terms import Term, Terms
-from hydro.terms.viscosity.implicit import SHARE
+from hydro.terms.together import Given
 from hydro.walls.boundary import REMEMBERED, Boundary
 
 TOLERANCE = 3e-4  # when a deck gives none
@@ -32,6 +32,7 @@ LONGER, SHORTER = 1.5, 0.3  # limits of a change of the step
 SAFETY = 0.9
 REJECTED = 2.0  # times the tolerance
 SOLVED = 1e-10  # largest relative error of pressure and temperature, by changes and contraction; or SHARE of the first
+SHARE = 1e-3  # of what the first guess missed that may stay: little beside the error of the step
 SLOWEST = 0.99  # contraction of the iteration that this estimate reckons with; it takes the slowest in a step
 ITERATIONS = 40
 STEPS_OF_FIG4 = 18.0  # over the root of the tolerance
@@ -53,7 +54,7 @@ class LagrangeRemap(Integrator):
         "momentum_y": ("momentum density of faces in y, now and at the step before", "n_c T_*^(1/2)"),
         "velocity_x": ("velocity of faces in x, extrapolated", "T_*^(1/2)"),
         "velocity_y": ("velocity of faces in y, extrapolated", "T_*^(1/2)"),
-        "missed": ("what the last extrapolation missed of pressure and temperature", "n_c T_*, T_*"),
+        "extrapolation_error": ("what the last extrapolation missed of pressure and temperature", "n_c T_*, T_*"),
         "span": ("product of the steps of that extrapolation", "L_x^2/T_*"),
         "steps": ("the last step, and the largest that the error allows for the next", "L_x/T_*^(1/2)"),
         "exchange": ("energies exchanged in the last step, in the order of the ledger", "n_c T_* L_x^2"),
@@ -85,14 +86,14 @@ class LagrangeRemap(Integrator):
         self.accounts, self.step_limits = flow_accounts(self.terms), flow_limits(self.terms)
         self.limiter, self.boundary = LIMITERS[limiter], Boundary(gas, walls, mesh)
         self._geometry, self._work = Geometry.of(mesh), Work.of(mesh)
-        self._stresses = self.terms.stresses(gas, self.boundary, mesh)
+        self.stresses = self.terms.stresses(gas, self.boundary, mesh)
         self._hierarchy = multigrid.Hierarchy(mesh)
         self._last = np.zeros((4, *mesh.cells))  # the state before
         self._momentum, self._momentum_before, self._pushed = (Faces.of(mesh) for _ in range(3))
         self._velocity = Faces.of(mesh)  # extrapolated to the new time
         self._next = np.zeros((4, *mesh.cells))
         self._unknowns = np.zeros((2, *mesh.cells))  # pressure, temperature
-        self._missed = np.zeros((2, *mesh.cells))  # what the last extrapolation missed of the unknowns
+        self._extrapolation_error = np.zeros((2, *mesh.cells))  # what the last extrapolation missed of the unknowns
         self._span = np.zeros(1)  # of that extrapolation: the product of steps that what it misses is proportional to
         self._steps = np.zeros(2)  # the last one, and the largest that the error allows next; zero at the start
         self._exchange = np.zeros(len(self.accounts))  # in the last step
@@ -126,19 +127,21 @@ class LagrangeRemap(Integrator):
             work,
         )
         powers = self._add_terms(state.time + dt, h)
-        self._shear(state.pressure, h, drag)
+        self._apply_stresses(state.pressure, h, drag)
         span = dt * (dt + self._steps[0]) if ratio > 0.0 else 0.0
-        first_guess(self.gas, work.ahead, self._missed, span / self._span[0] if self._span[0] > 0.0 else 0.0, P, T)
+        first_guess(
+            self.gas, work.ahead, self._extrapolation_error, span / self._span[0] if self._span[0] > 0.0 else 0.0, P, T
+        )
         self._solve(h, drag)
-        powers[WALL.name] = self._find_heat()
-        powers[COLLISIONS.name], dragged = complete(
-            self._geometry, self.boundary.sides, P, T, h, drag, powers[WALL.name], work, self._next, self._pushed
+        heat = self._find_heat()
+        powers[WALL.name], powers[COLLISIONS.name], dragged = complete(
+            self._geometry, self.boundary.sides, P, T, h, drag, heat, work, self._next, self._pushed
         )
         powers.add(self.terms.drag_losses(dragged))
         error = unforeseen_change(self.gas, self._geometry, self._next, work.ahead)
-        self._judge(error, dt, State(self.gas, self.mesh, self._next))
+        self._choose_step(error, dt, State(self.gas, self.mesh, self._next))
         self._span[0] = span
-        extrapolation_error(self.gas, work.ahead, P, T, self._missed)
+        extrapolation_error(self.gas, work.ahead, P, T, self._extrapolation_error)
         self._last[:] = state.conserved
         self._momentum_before, self._momentum, self._pushed = self._momentum, self._pushed, self._momentum_before
         state.conserved[:] = self._next
@@ -161,35 +164,35 @@ class LagrangeRemap(Integrator):
         """Sources and forces over `h`, into what the balances start from; returns their powers by account."""
         work, powers = self._work, Amounts.of(self.accounts)
         given = [*self.terms.rates(time, self.mesh), *self._force_rates(time)]
-        for name, rates in given:
+        for account, rates in given:
             on_faces = self._pushed
             face_momenta(self._geometry, rates, on_faces)
             work.base[N] += h * rates[N]
             work.base[E] += h * rates[E]
             work.momentum.x[:] += h * on_faces.x
             work.momentum.y[:] += h * on_faces.y
-            powers[name] += self.mesh.integral(rates[E])
+            powers.add_to(account, self.mesh.integral(rates[E]))
         return powers
 
-    def _force_rates(self, time: float) -> list[tuple[str, np.ndarray]]:
+    def _force_rates(self, time: float) -> list[Given]:
         """The rates of the conserved fields that forces make in the extrapolated state, each (4, nx, ny)."""
         n, u, v, p = (self._work.foreseen(field) for field in (N, U, V, P))
         if not self.terms.forcing:
             return []
         ahead = State.of(self.gas, self.mesh, n, self.gas.temperature(n, p), (u, v), time)
         return [
-            (name, np.array([np.zeros_like(n), n * force[0], n * force[1], n * (u * force[0] + v * force[1])]))
-            for name, force in self.terms.forces(time, ahead)
+            Given(account, np.array([np.zeros_like(n), n * force[0], n * force[1], n * (u * force[0] + v * force[1])]))
+            for account, force in self.terms.forces(time, ahead)
         ]
 
-    def _shear(self, pressure: np.ndarray, h: float, drag: float) -> None:
+    def _apply_stresses(self, pressure: np.ndarray, h: float, drag: float) -> None:
         """Stresses over `h`, into what the balances start from; `pressure` is that of the last state.
 
         Velocities are found under a pressure halfway to the extrapolated one: closer to the new one than that of the
         last state, while sound on the grid still dies; all of the extrapolation would let it swing for long.
         """
         work = self._work
-        for stress in self._stresses:
+        for stress in self.stresses:
             halfway = 0.5 * (pressure + work.foreseen(P))
             stress.implicit(
                 self._velocity, work.foreseen(N), work.foreseen(P), halfway, h, drag, work.momentum, work.base[E]
@@ -227,7 +230,7 @@ class LagrangeRemap(Integrator):
                 return
         raise StepRejected(f"the implicit stage does not converge: last change {change:.2g}")
 
-    def _judge(self, error: float, dt: float, trial: State) -> None:
+    def _choose_step(self, error: float, dt: float, trial: State) -> None:
         """Choose the next step; StepRejected if this one changed more than foreseen, or left the bounds."""
         if not error < math.inf:
             raise StepRejected(worst_cell(trial))
@@ -252,7 +255,7 @@ class LagrangeRemap(Integrator):
             "momentum_y": np.array([now.y, before.y]),
             "velocity_x": self._velocity.x,
             "velocity_y": self._velocity.y,
-            "missed": self._missed,
+            "extrapolation_error": self._extrapolation_error,
             "span": self._span,
             "steps": self._steps,
             "exchange": self._exchange,
@@ -265,6 +268,6 @@ class LagrangeRemap(Integrator):
         self._momentum.x[:], self._momentum_before.x[:] = memory["momentum_x"]
         self._momentum.y[:], self._momentum_before.y[:] = memory["momentum_y"]
         self._velocity.x[:], self._velocity.y[:] = memory["velocity_x"], memory["velocity_y"]
-        self._missed[:], self._span[:] = memory["missed"], memory["span"]
+        self._extrapolation_error[:], self._span[:] = memory["extrapolation_error"], memory["span"]
         self._steps[:], self._exchange[:] = memory["steps"], memory["exchange"]
         self.boundary.take_temperatures(memory)

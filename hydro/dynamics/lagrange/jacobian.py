@@ -79,7 +79,8 @@ def couple_across(geometry, Ta, Tb, work, push, h, faces, i):
     dy, aperture = geometry.dy, geometry.aperture_x[geometry.pattern_x[i]]
     near, weight = push * geometry.inverse_x[i], h * geometry.inverse_x[i] * geometry.scale_x[i]
     for j in range(np.uint64(Ta.size)):
-        mass[j], energy_p[j] = near * mass_along[j], near * energy_along[j]
+        pushed = near * aperture[j]
+        mass[j], energy_p[j] = pushed * mass_along[j], pushed * energy_along[j]
         share = weight * dy[j] * aperture[j]
         lever = conducted_slope(share, Ta[j], Tb[j])
         energy_t[j] = face_conductance(share, ka[j], kb[j])
@@ -99,8 +100,8 @@ def couple_along(geometry, T, work, push, h, faces, i):
     inverse, width, last = geometry.inverse_y, h * geometry.dx[i] * over_scale, np.uint64(T.size) - ONE
     for j in range(last + ONE):
         k = j - ONE if j > ZERO else last
-        near = push * (inverse[j] * over_scale)
-        mass[j], energy_p[j] = near * mass_along[j], near * energy_along[j]
+        pushed = push * (inverse[j] * over_scale) * aperture[j]
+        mass[j], energy_p[j] = pushed * mass_along[j], pushed * energy_along[j]
         share = width * inverse[j] * aperture[j]
         lever = conducted_slope(share, T[k], T[j])
         energy_t[j] = face_conductance(share, kappa[k], kappa[j])

@@ -92,9 +92,9 @@ def carry_across(gas, limiter, geometry, velocity, h, work, i):
         profile_row(limiter, ahead[q], here, spacing, lines[WEIGHT], lines[PROFILES + q])
     mass, energy = work.carried_x[MASS, i], work.carried_x[ENERGY, i]
     carry_row(gas, ahead[N, here - 1], ahead[N, here], velocity, lines, mass, energy)
-    scale, aperture = geometry.scale_x[i], geometry.aperture_x[geometry.pattern_x[i]]
+    scale = geometry.scale_x[i]
     for j in range(np.uint64(ny)):
-        length = scale * geometry.dy[j] * aperture[j]
+        length = scale * geometry.dy[j]
         mass[j] *= length
         energy[j] *= length
     for q in range(2):
@@ -109,7 +109,7 @@ def carry_across(gas, limiter, geometry, velocity, h, work, i):
 @part(exact=True)
 def carry_along(gas, limiter, geometry, velocity, h, work, i):
     """The faces in y of row i."""
-    lines, spacing, aperture = work.lines, geometry.spacing_y, geometry.aperture_y[geometry.pattern_y[i]]
+    lines, spacing = work.lines, geometry.spacing_y
     ny = work.stream.shape[2]
     upstream_row(velocity, lines[WEIGHT])
     for q in range(4):
@@ -127,8 +127,8 @@ def carry_along(gas, limiter, geometry, velocity, h, work, i):
     carry_row(gas, lines[DENSITY_LOW], lines[DENSITY_HIGH], velocity, lines, mass, energy)
     width = geometry.dx[i]
     for j in range(np.uint64(ny + 1)):
-        mass[j] *= width * aperture[j]
-        energy[j] *= width * aperture[j]
+        mass[j] *= width
+        energy[j] *= width
     for q in range(2):
         stream, momentum = lines[STREAMS + q], work.stream[q, i]
         for j in range(np.uint64(ny)):

@@ -75,8 +75,8 @@ def find_rates(gas, factor, geometry, sides, state, change, a, velocity, rates):
             velocity.y[i, j] = aperture[j] * (0.5 * (v[i, j] + v[i, j - 1]))
         velocity.y[i, ny] = aperture[ny] * (0.5 * (v[i, 0] + v[i, ny - 1]))
     stress_force(geometry, velocity, a)
-    add_wall_stress(geometry, sides, a.force)
     viscous_heating(velocity, a)
+    add_wall_stress(geometry, sides, a.force)
     for i in range(nx):
         for j in range(ny):
             rates[0, i, j] = 0.5 * (a.force.x[i, j] + a.force.x[i + 1, j])

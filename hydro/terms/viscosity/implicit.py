@@ -1,4 +1,8 @@
-"""Viscosity that is implicit in the velocities, where momentum is a face's: conjugate gradients."""
+"""Viscosity that is implicit in the velocities, where momentum is a face's: conjugate gradients.
+
+The velocities are those that a pressure near the new one gives. What the new one adds to them feels no viscosity, an
+error of third order in the step (incremental pressure correction; van Kan, SIAM J. Sci. Stat. Comput. 7, 870, 1986).
+"""
 
 from __future__ import annotations
 
@@ -6,11 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydro.gas import Closure
 from hydro.jit import kernel, part
-from hydro.mesh import Faces, Geometry, Mesh
-from hydro.terms.viscosity.stress import Viscous, add_wall_stress, find_viscosities, stress_force, viscous_heating
-from hydro.walls.boundary import Sides
+from hydro.mesh import Faces, Mesh
+from hydro.terms.viscosity.stress import add_wall_stress, find_viscosities, stress_force
 
 SOLVED = 1e-8  # residual of the implicit velocities against their right-hand side, root mean square
 SHARE = 1e-3  # of the residual of the first guess that may stay, if that is more: little beside the error of the step
@@ -30,30 +32,6 @@ class Gradients(NamedTuple):
     @classmethod
     def of(cls, mesh: Mesh) -> Gradients:
         return cls(*(Faces.of(mesh) for _ in range(4)))
-
-
-def implicit_velocities(
-    gas: Closure, factor: float, geometry: Geometry, sides: Sides, a: Viscous, w: Gradients, velocity: Faces,
-    density: np.ndarray, pressure: np.ndarray, pushing: np.ndarray, h: float, drag: float, momentum: Faces,
-    energy: np.ndarray,
-) -> int:  # fmt: skip
-    """Viscosity of a step `h` that is implicit in the velocities, into what the pressure then acts on.
-
-    density, pressure: (nx, ny), extrapolated to the new time. pushing: (nx, ny), the pressure under which velocities
-    are found. momentum: of the faces, before pressure, drag and viscosity act; energy: (nx, ny), of cells. `velocity`
-    is a first guess. Returns the number of iterations.
-
-    The velocities are those that this pressure gives. What the new one adds to them feels no viscosity, an error of
-    third order in the step (incremental pressure correction; van Kan, SIAM J. Sci. Stat. Comput. 7, 870, 1986).
-    """
-    total = prepare(gas, factor, geometry, density, pressure, pushing, a)
-    load(geometry, sides, momentum, density, pushing, h, drag, a, w)
-    iterations = relax(geometry, h, NOISE**2 * total, velocity, a, w)
-    stress_force(geometry, velocity, a)
-    add_wall_stress(geometry, sides, a.force)
-    viscous_heating(velocity, a)
-    hand_over(geometry, pushing, h, velocity, a, w, momentum, energy)
-    return iterations
 
 
 @kernel(exact=True)

@@ -152,7 +152,10 @@ def force_along(normal, shear, shear_ahead, width, inverse_y, aperture, force):
 
 @kernel(exact=True)
 def add_wall_stress(geometry, sides, force):
-    """Add to the force the shear stress of the sides; nothing where they are periodic."""
+    """Add to the force the shear stress of the sides; nothing where they are periodic.
+
+    Walls at rest do no work: what the flow loses to their stress stays in the cells, as heat.
+    """
     nx, ny = geometry.dx.size, geometry.dy.size
     for j in range(1, ny):
         force.y[0, j] += geometry.aperture_y[geometry.pattern_y[0]][j] * sides.x[LOW, STRESS, j] / geometry.dx[0]
