@@ -163,7 +163,7 @@ class Insatiable(NamedTuple):
 def test_a_law_without_a_solution_is_named(method):
     mesh = Mesh.rectangle((8, 8))
     state = State.of(GAS, mesh, 0.1, 1.0)
-    with pytest.raises(StepRejected, match="the law of the wall y0 finds no heat for n = 0.1, T = "):
+    with pytest.raises(StepRejected, match=r"the law of the wall y0 finds no heat for n = 0\.1, T = "):
         method(GAS, Walls(y0=Insatiable(2.0)), mesh).step(state, 1e-4)
 
 
