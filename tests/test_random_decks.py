@@ -98,8 +98,12 @@ def bounds(metadata: Any) -> dict[str, float]:
     return found
 
 
+PACKING = {"lt": 1.0}  # of all closures of the package, which says what area fractions are allowed
+
+
 def numbers(bound: dict[str, float], key: str) -> st.SearchStrategy[float]:
     """Numbers within the bounds: of ordinary size, and of any that decks allow."""
+    bound = bound | PACKING if key == "f" else bound
     low, high = bound.get("gt", bound.get("ge", -LARGEST)), bound.get("lt", bound.get("le", LARGEST))
     strict = [end for name, end in bound.items() if name in ("gt", "lt")]
     sizes = [sign * 10.0**power for sign in (1.0, -1.0) for power in range(-30, 31)]

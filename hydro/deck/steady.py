@@ -78,7 +78,7 @@ class SteadyBaseDeck(ExperimentDeck):
     @classmethod
     def _check_wall(cls, wall: Any) -> Any:
         if getattr(wall, "W", 1.0) == 0.0:
-            raise broken_rule("must be greater than 0", "wall.W", f"{wall.W:g}")
+            raise broken_rule("must be greater than 0", "wall.W", 0)
         return wall
 
 

@@ -33,7 +33,7 @@ from hydro.walls.boundary import HEAT, HIGH, LOW, TEMPERATURE, Boundary
 COOLING_FRACTION = 0.03  # of a cooling time at most, in one super-step
 CHANGE = 0.3  # of the temperature at most, in one super-step, by the rates at its start
 SAFETY = 1.2  # of the spectral radius, for the conductivity's own dependence on temperature
-MOST_SUPERSTEPS = 1000
+MOST_SUPERSTEPS, MOST_STAGES = 1000, 20000  # in one step
 
 # Fields of the work array, each (nx, ny).
 START, LAST, NEXT = 0, 1, 2  # temperature: at the start, and at the last two stages, which change places
@@ -81,14 +81,16 @@ class Heat:
         arrays, geometry, sides = self.arrays, self.geometry, self.boundary.sides
         begin(self.gas, state, arrays)
         densities = self.boundary.beside(state[N])
-        given, lost, remaining = 0.0, 0.0, dt
+        given, lost, remaining, stages = 0.0, 0.0, dt, 0
         for _ in range(MOST_SUPERSTEPS):
             power = self._wall_power(densities, START)
             start_rates(geometry, sides, arrays)
-            if math.isnan(arrays.sums[RADIUS].max()):
-                break
             step = self._superstep_size(remaining)
-            given += self._superstep(densities, power, step)
+            count = self._stages(step)
+            stages += count
+            if not step > 0.0 or stages > MOST_STAGES:
+                break
+            given += self._superstep(densities, power, step, count)
             correct(geometry, arrays, state, step)
             lost += float(arrays.sums[LOSS].sum())
             if step == remaining:
@@ -106,13 +108,16 @@ class Heat:
         longest = min(over(1.0, rate), over(MOST_EXPLICIT_STEPS / SAFETY, radius))
         return remaining if longest >= remaining else min(longest, 0.5 * remaining)
 
-    def _superstep(self, densities: list[np.ndarray], power: float, dt: float) -> float:
-        """One step of temperature and losses, from START to LAST; returns the energy given by the walls.
+    def _stages(self, step: float) -> int:
+        """How many stages a super-step takes; none for one that is no step."""
+        return stage_count(0.5 * step * SAFETY * float(self.arrays.sums[RADIUS].max())) if step > 0.0 else 0
+
+    def _superstep(self, densities: list[np.ndarray], power: float, dt: float, count: int) -> float:
+        """One step of temperature and losses in `count` stages, from START to LAST; returns the energy of the walls.
 
         power: what the walls give at the start.
         """
         arrays, sides = self.arrays, self.boundary.sides
-        count = stage_count(0.5 * dt * SAFETY * float(arrays.sums[RADIUS].max()))
         start = first_rate(count) * dt
         first_stage(arrays.work, start)
         given_before, given, last, following = 0.0, start * power, LAST, NEXT
