@@ -132,7 +132,7 @@ class Boundary:
 
 def refuse_no_heat(side: HeatedSide, n: np.ndarray, T: np.ndarray) -> None:
     """StepRejected where a law finds no heat for gas that is as it should be."""
-    no_heat = np.isnan(side.rows[HEAT]) & (n > 0.0) & (T > 0.0)
+    no_heat = np.isnan(side.rows[HEAT]) & (n > 0.0) & (T > 0.0) & np.isfinite(n * T)
     if no_heat.any():
         j = int(np.argmax(no_heat))
         raise StepRejected(
