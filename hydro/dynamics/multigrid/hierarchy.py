@@ -62,35 +62,31 @@ class Step:
 
     def __init__(self, fine: Level, coarse: Level):
         self.fine, self.coarse, self._transfer = fine, coarse, Transfer.between(fine, coarse)
+        equations, way = fine.equations, self._transfer
+        matrix = (CHEBYSHEV, equations.stencil, equations.faces_x, equations.faces_y, equations.periodic_y)
+        self._down = (*matrix, way.owner_x, way.first)
+        self._up = (*matrix, way.low_x, way.high_x, way.shares_x, way.low_y, way.high_y, way.shares_y)
 
     def couple(self) -> None:
         """The equations of the coarse level."""
-        fine, coarse = self.fine.equations, self.coarse.equations
-        add_up(fine.local, self._transfer, coarse.local)
-        add_faces_x(fine.faces_x, self._transfer, coarse.faces_x)
-        add_faces_y(fine.faces_y, self._transfer, coarse.faces_y)
+        fine, coarse, way = self.fine.equations, self.coarse.equations, self._transfer
+        add_up(fine.local, way.owner_x, way.first, coarse.local)
+        add_faces_x(fine.faces_x, way.owner_x, way.first, way.ratio_x, coarse.faces_x)
+        add_faces_y(fine.faces_y, way.owner_x, way.first, way.ratio_y, coarse.faces_y)
         build(coarse)
 
     def descend(self, from_zero: bool) -> None:
         """Smooth the fine unknowns, or zero; the residuals that stay, summed, become the coarse right-hand side."""
-        fine, right = self.fine, self.coarse.right
+        fine = self.fine
         descend(
-            CHEBYSHEV,
-            fine.equations,
-            self._transfer,
-            fine.right,
-            fine.unknowns,
-            from_zero,
-            fine.lines,
-            fine.spare,
-            right,
-        )
+            *self._down, fine.right, fine.unknowns, from_zero, fine.lines, fine.spare, self.coarse.right,
+        )  # fmt: skip
         fine.unknowns, fine.spare = fine.spare, fine.unknowns
 
     def ascend(self) -> None:
         """Add the coarse correction, interpolated, and smooth."""
-        fine, unknowns = self.fine, self.coarse.unknowns
-        ascend(CHEBYSHEV, fine.equations, self._transfer, fine.right, fine.unknowns, unknowns, fine.lines, fine.spare)
+        fine = self.fine
+        ascend(*self._up, fine.right, fine.unknowns, self.coarse.unknowns, fine.lines, fine.spare)
         fine.unknowns, fine.spare = fine.spare, fine.unknowns
 
 

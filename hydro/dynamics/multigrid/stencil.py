@@ -37,6 +37,15 @@ class Equations(NamedTuple):
         return cls(local, faces_x, faces_y, stencil, periodic_y)
 
 
+class Stencils(NamedTuple):
+    """What residuals ask of the equations of a level."""
+
+    stencil: np.ndarray
+    faces_x: np.ndarray
+    faces_y: np.ndarray
+    periodic_y: bool
+
+
 @kernel(exact=True)
 def build(equations):
     """Stencils from local terms and couplings."""

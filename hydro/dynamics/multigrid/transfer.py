@@ -63,20 +63,20 @@ def blend_row(below, above, under, over, out):
 
 
 @part(exact=True)
-def interpolate_row(here, coarse, transfer, out):
+def interpolate_row(here, coarse, low, high, shares, out):
     """out = here + the interpolated coarse row; all with ghost columns."""
-    low, high, under, over = transfer.low_y, transfer.high_y, transfer.shares_y[0], transfer.shares_y[1]
+    under, over = shares[0], shares[1]
     for j in range(np.uint64(under.size)):
         out[j + ONE] = here[j + ONE] + (under[j] * coarse[low[j] + 1] + over[j] * coarse[high[j] + 1])
 
 
 @kernel(exact=True)
-def add_up(fine, transfer, coarse):
+def add_up(fine, owner_x, first, coarse):
     """Sums over the cells that are joined; (nx, fields, ny)."""
     coarse[:] = 0.0
     for i in range(fine.shape[0]):
         for field in range(fine.shape[1]):
-            join_row(fine[i, field], transfer.first, coarse[transfer.owner_x[i], field])
+            join_row(fine[i, field], first, coarse[owner_x[i], field])
 
 
 @part(exact=True)
@@ -97,9 +97,8 @@ def join_row(fine, first, coarse):
 
 
 @kernel(exact=True)
-def add_faces_x(fine, transfer, coarse):
+def add_faces_x(fine, owner_x, first, ratio, coarse):
     """Sums over the faces in x that stay between cells which are not joined; differences span longer distances."""
-    owner_x, first, ratio = transfer.owner_x, transfer.first, transfer.ratio_x
     coarse[:] = 0.0
     for i in range(fine.shape[0]):
         if i == 0 or owner_x[i - 1] != owner_x[i]:
@@ -112,13 +111,13 @@ def add_faces_x(fine, transfer, coarse):
 
 
 @kernel(exact=True)
-def add_faces_y(fine, transfer, coarse):
+def add_faces_y(fine, owner_x, first, ratio, coarse):
     """The same for the faces in y, each between two columns of cells."""
     coarse[:] = 0.0
     for i in range(fine.shape[0]):
         for field in range(COUPLINGS):
             longer = field < DRIFT_PA
-            pick_row(fine[i, field], transfer.first, transfer.ratio_y, longer, coarse[transfer.owner_x[i], field])
+            pick_row(fine[i, field], first, ratio, longer, coarse[owner_x[i], field])
 
 
 @part(exact=True)
