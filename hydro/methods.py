@@ -31,7 +31,7 @@ def compiled_methods(cls: C | None = None, *, exact: bool = False) -> Any:
 
 
 def formula(function: F) -> F:
-    """Let kernels use a function of one expression: it stands there as if written out, by exact arithmetic.
+    """Let kernels use a function of one expression: it stands there as if written out, with the arithmetic of kernels that are not exact.
 
     To Python it stays what it is, a function of numbers or arrays.
     """

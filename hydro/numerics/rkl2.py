@@ -12,18 +12,10 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import NamedTuple
+
+import numpy as np
 
 MOST_EXPLICIT_STEPS = 2e5  # that one step may reach
-
-
-class Stage(NamedTuple):
-    """Coefficients of a stage."""
-
-    mu: float
-    nu: float
-    rate: float
-    start_rate: float
 
 
 def stage_count(explicit_steps: float) -> int:
@@ -38,16 +30,16 @@ def first_rate(count: int) -> float:
 
 
 @cache
-def later_stages(count: int) -> tuple[Stage, ...]:
-    """The second and all further stages of a step of so many."""
+def later_stages(count: int) -> np.ndarray:
+    """mu, nu, rate and start_rate of the second and all further stages of a step of so many, (count - 1, 4)."""
     unit = 4.0 / (count * count + count - 2.0)
-    return tuple(_stage(j, unit) for j in range(2, count + 1))
+    return np.array([_stage(j, unit) for j in range(2, count + 1)])
 
 
-def _stage(j: int, unit: float) -> Stage:
+def _stage(j: int, unit: float) -> tuple[float, float, float, float]:
     mu = (2.0 * j - 1.0) / j * _weight(j) / _weight(j - 1)
     nu = -(j - 1.0) / j * _weight(j) / _weight(j - 2)
-    return Stage(mu, nu, mu * unit, (_weight(j - 1) - 1.0) * mu * unit)
+    return mu, nu, mu * unit, (_weight(j - 1) - 1.0) * mu * unit
 
 
 def _weight(j: int) -> float:

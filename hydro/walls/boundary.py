@@ -11,6 +11,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import literal_unroll
 
 from hydro.errors import StepRejected
 from hydro.fields import N, P, U, V
@@ -19,6 +20,7 @@ from hydro.jit import kernel
 from hydro.mesh import GHOSTS, Geometry, Mesh
 from hydro.walls.elastic import ElasticWall
 from hydro.walls.sides import Walls
+from hydro.walls.vibrating import VibratingWall
 
 LOW, HIGH = 0, 1  # the sides x = 0 and x = 1 of `x`, and y = 0 and y = aspect ratio of `y`
 
@@ -67,6 +69,19 @@ class HeatedSide(NamedTuple):
     cells: tuple[Any, Any]  # where they are in a field (nx, ny)
 
 
+class Heater(NamedTuple):
+    """A heated side as kernels see it, with room for what is beside it."""
+
+    law: Any
+    rows: np.ndarray  # (ROWS, m) of `Sides`
+    lengths: np.ndarray  # (m,)
+    half_width: float
+    axis: int
+    last: int  # number of the row or column of cells beside it
+    density: np.ndarray  # (m,)
+    temperature: np.ndarray  # (m,)
+
+
 class Boundary:
     """The four sides of a box: their laws, and the arrays that these fill.
 
@@ -90,6 +105,18 @@ class Boundary:
                 lengths, half_width, rows = geometry.dx, 0.5 * geometry.dy[last], sides.y
             place = (last, slice(None)) if axis == 0 else (slice(None), last)
             yield HeatedSide(name, law, rows[end, :, :-1], lengths, half_width, place)
+
+    def heaters(self, density: np.ndarray) -> tuple[Heater, ...]:
+        """The heated sides as kernels see them, for a density (nx, ny) that stays; or one of no cells."""
+        if not self.heated:
+            nothing = np.zeros(0)
+            return (Heater(VibratingWall(0.0), np.zeros((ROWS, 0)), nothing, 1.0, 0, 0, nothing, nothing),)
+        found = []
+        for side, n in zip(self.heated, self.beside(density), strict=True):
+            axis, end = "xy".index(side.name[0]), int(side.name[1])
+            last = end * (density.shape[axis] - 1)
+            found.append(Heater(side.law, side.rows, side.lengths, side.half_width, axis, last, n, np.empty_like(n)))
+        return tuple(found)
 
     def reflect(self, axis: int) -> None:
         """Turn the images that the ghost rows along an axis hold into what lies beyond its two walls."""
@@ -158,6 +185,18 @@ def fill_heat(law, gas, density, temperature, half_width, lengths, rows):
         start = guess[j] if guess[j] > 0.0 else temperature[j]
         heat[j], guess[j] = law.face(gas, density[j], temperature[j], half_width, start)
         power += heat[j] * lengths[j]
+    return power
+
+
+@kernel
+def heat_of(heaters, gas, temperature):
+    """Have the laws find their heat for a temperature (nx, ny); returns the power that the walls give."""
+    power = 0.0
+    for side in literal_unroll(heaters):
+        for j in range(side.temperature.size):
+            i, k = (side.last, j) if side.axis == 0 else (j, side.last)
+            side.temperature[j] = temperature[i, k]
+        power += fill_heat(side.law, gas, side.density, side.temperature, side.half_width, side.lengths, side.rows)
     return power
 
 

@@ -28,7 +28,7 @@ from hydro.jit import kernel, part
 from hydro.mesh import Geometry, Mesh
 from hydro.numerics.reduce import store_largest
 from hydro.numerics.rkl2 import MOST_EXPLICIT_STEPS, first_rate, later_stages, stage_count
-from hydro.walls.boundary import HEAT, HIGH, LOW, TEMPERATURE, Boundary
+from hydro.walls.boundary import HEAT, HIGH, LOW, TEMPERATURE, Boundary, Heater, heat_of
 
 COOLING_FRACTION = 0.03  # of a cooling time at most, in one super-step
 CHANGE = 0.3  # of the temperature at most, in one super-step, by the rates at its start
@@ -80,7 +80,7 @@ class Heat:
         """
         arrays, geometry, sides = self.arrays, self.geometry, self.boundary.sides
         begin(self.gas, state, arrays)
-        densities = self.boundary.beside(state[N])
+        densities, heaters = self.boundary.beside(state[N]), self.boundary.heaters(state[N])
         given, lost, remaining, stages = 0.0, 0.0, dt, 0
         for _ in range(MOST_SUPERSTEPS):
             power = self._wall_power(densities, START)
@@ -90,7 +90,7 @@ class Heat:
             stages += count
             if not step > 0.0 or stages > MOST_STAGES:
                 break
-            given += self._superstep(densities, power, step, count)
+            given += self._superstep(heaters, power, step, count)
             correct(geometry, arrays, state, step)
             lost += float(arrays.sums[LOSS].sum())
             if step == remaining:
@@ -112,26 +112,39 @@ class Heat:
         """How many stages a super-step takes; none for one that is no step."""
         return stage_count(0.5 * step * SAFETY * float(self.arrays.sums[RADIUS].max())) if step > 0.0 else 0
 
-    def _superstep(self, densities: list[np.ndarray], power: float, dt: float, count: int) -> float:
+    def _superstep(self, heaters: tuple[Heater, ...], power: float, dt: float, count: int) -> float:
         """One step of temperature and losses in `count` stages, from START to LAST; returns the energy of the walls.
 
         power: what the walls give at the start.
         """
-        arrays, sides = self.arrays, self.boundary.sides
-        start = first_rate(count) * dt
-        first_stage(arrays.work, start)
-        given_before, given, last, following = 0.0, start * power, LAST, NEXT
-        for mu, nu, rate, start_rate in later_stages(count):
-            given_next = mu * given + nu * given_before + dt * start_rate * power
-            given_next += dt * rate * self._wall_power(densities, last)
-            stage(self.geometry, sides, arrays, last, mu, nu, rate * dt, start_rate * dt)
-            given_before, given, last, following = given, given_next, following, last
-        return given  # an odd number of stages: the result is in LAST
+        return all_stages(
+            self.gas, heaters, self.geometry, self.boundary.sides, self.arrays, power, dt, first_rate(count),
+            later_stages(count),
+        )  # fmt: skip
 
 
 def over(share: float, rate: float) -> float:
     """A share of the time that a rate means; infinite for no rate, zero for one that is not a number."""
     return 0.0 if math.isnan(rate) else share / rate if rate > 0.0 else math.inf
+
+
+@kernel
+def all_stages(gas, heaters, geometry, sides, arrays, power, dt, first, later):
+    """The stages of a super-step, an odd number, from START to LAST; returns the energy given by the walls.
+
+    power: what they give at the start. This loop alone is compiled for the laws that are there, as a set: it calls the
+    kernels of each law and those of the sweeps.
+    """
+    work = arrays.work
+    first_stage(work, first * dt)
+    given_before, given, last = 0.0, first * dt * power, LAST
+    for k in range(later.shape[0]):
+        mu, nu, rate, start_rate = later[k, 0], later[k, 1], later[k, 2], later[k, 3]
+        given_next = mu * given + nu * given_before + dt * start_rate * power
+        given_next += dt * rate * heat_of(heaters, gas, work[last])
+        stage(geometry, sides, arrays, last, mu, nu, rate * dt, start_rate * dt)
+        given_before, given, last = given, given_next, LAST + NEXT - last
+    return given
 
 
 @kernel(parallel=True)
