@@ -31,7 +31,9 @@ def compiled_methods(cls: C | None = None, *, exact: bool = False) -> Any:
 
 
 def formula(function: F) -> F:
-    """Let kernels use a function of one expression: it stands there as if written out, with the arithmetic of kernels that are not exact.
+    """Let kernels use a function of one expression: it stands there as if written out. It has no sums of products.
+
+    So its bits are the same whether the kernel's arithmetic is exact or not.
 
     To Python it stays what it is, a function of numbers or arrays.
     """
