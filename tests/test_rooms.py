@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -68,3 +69,12 @@ def test_no_modules_import_each_other_in_a_circle():
         TopologicalSorter(arrows(at_once=True)).prepare()
     except CycleError as circle:
         raise AssertionError(" -> ".join(circle.args[1])) from None
+
+
+def test_the_walks_name_what_is_there():
+    """Every `file:name` of the page; files of one folder are named in short after the first."""
+    for path, name in re.findall(r"`([\w/]+\.py):([\w.]+)`", ARCHITECTURE.read_text(encoding="utf-8")):
+        places = [PACKAGE.parent / path] if path.startswith("hydro/") else list(PACKAGE.rglob(path))
+        last = name.rpartition(".")[2]
+        text = "".join(place.read_text(encoding="utf-8") for place in places)
+        assert re.search(rf"^ *(def|class) {last}\b|^{last}\b.* = ", text, re.MULTILINE), (path, name)
