@@ -126,7 +126,7 @@ def _teach(thing: Any, exact: bool) -> None:
     if isinstance(thing, type):
         _compile_methods(thing, exact)
     else:
-        register_jitable(forceinline=True, **OPTIONS)(thing)  # numba's own inlining may lose statements behind a loop
+        register_jitable(forceinline=True, **EXACT)(thing)  # numba's own inlining may lose statements behind a loop
 
 
 teach_all(_teach)

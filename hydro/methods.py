@@ -31,9 +31,7 @@ def compiled_methods(cls: C | None = None, *, exact: bool = False) -> Any:
 
 
 def formula(function: F) -> F:
-    """Let kernels use a function of one expression: it stands there as if written out. It has no sums of products.
-
-    So its bits are the same whether the kernel's arithmetic is exact or not.
+    """Let kernels use a function of one expression: it stands there as if written out, by exact arithmetic.
 
     To Python it stays what it is, a function of numbers or arrays.
     """

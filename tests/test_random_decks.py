@@ -152,6 +152,8 @@ def decks(draw) -> dict[str, Any]:
     """A deck of any kind; some have values or keys put in, or taken out, without regard to what is allowed."""
     kind = draw(st.sampled_from(DRAWN))
     deck = draw(sections(MODELS[kind]))
+    if draw(st.integers(0, 3)):
+        deck.pop("experiment", None)  # a random one is hardly ever right
     for _ in range(draw(st.sampled_from((0, 0, 0, 1, 2)))):
         *above, last = draw(WHERE[kind])
         section: Any = deck
