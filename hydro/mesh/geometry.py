@@ -23,6 +23,7 @@ class Geometry(NamedTuple):
 
     dx: np.ndarray  # (nx,)
     dy: np.ndarray  # (ny,)
+    over_dy: np.ndarray  # (ny,), one over it
     inverse_x: np.ndarray  # (nx+1,), face i lies between cells i-1 and i
     inverse_y: np.ndarray  # (ny+1,)
     scale: np.ndarray  # (nx,), in the middle of a row of cells
@@ -31,6 +32,7 @@ class Geometry(NamedTuple):
     pattern_x: np.ndarray  # (nx+1,)
     aperture_y: np.ndarray  # (patterns, ny+1)
     pattern_y: np.ndarray  # (nx,)
+    weight_y: np.ndarray  # (patterns, ny+1), aperture over distance: aperture_y * inverse_y
     spacing_x: np.ndarray  # (3, nx + 2 GHOSTS), see `Mesh.spacing`
     spacing_y: np.ndarray  # (3, ny + 2 GHOSTS)
     periodic_x: bool
@@ -46,9 +48,10 @@ class Geometry(NamedTuple):
         pattern_x[[0, nx]] = OPEN if periodic_x else CLOSED
         aperture_y = np.ones((1, ny + 1))
         aperture_y[0, [0, ny]] = 1.0 if periodic_y else 0.0
+        inverse_x, inverse_y = inverse_distances(mesh.dx), inverse_distances(mesh.dy)
         return cls(
-            mesh.dx, mesh.dy, inverse_distances(mesh.dx), inverse_distances(mesh.dy), np.ones(nx), np.ones(nx + 1),
-            aperture_x, pattern_x, aperture_y, np.zeros(nx, int), mesh.spacing(0), mesh.spacing(1),
+            mesh.dx, mesh.dy, 1.0 / mesh.dy, inverse_x, inverse_y, np.ones(nx), np.ones(nx + 1), aperture_x,
+            pattern_x, aperture_y, np.zeros(nx, int), aperture_y * inverse_y, mesh.spacing(0), mesh.spacing(1),
             periodic_x, periodic_y,
         )  # fmt: skip
 

@@ -11,37 +11,35 @@ the first one is y_1 = y_0 + dt first_rate(s) r_0.
 from __future__ import annotations
 
 import math
-from functools import cache
 
-import numpy as np
+from hydro.methods import formula
 
 MOST_EXPLICIT_STEPS = 2e5  # that one step may reach
 
 
-def stage_count(explicit_steps: float) -> int:
+@formula
+def stage_count(explicit_steps):
     """The smallest odd number of stages, three or more, that reaches so many explicit steps."""
     enough = math.ceil(0.5 * (math.sqrt(9.0 + 16.0 * min(explicit_steps, MOST_EXPLICIT_STEPS)) - 1.0))
     return max(3, enough + 1 - enough % 2)
 
 
-def first_rate(count: int) -> float:
+@formula
+def first_rate(count):
     """The weight of the first rate in the first of so many stages."""
     return 4.0 / (count * count + count - 2.0) / 3.0
 
 
-@cache
-def later_stages(count: int) -> np.ndarray:
-    """mu, nu, rate and start_rate of the second and all further stages of a step of so many, (count - 1, 4)."""
-    unit = 4.0 / (count * count + count - 2.0)
-    return np.array([_stage(j, unit) for j in range(2, count + 1)])
-
-
-def _stage(j: int, unit: float) -> tuple[float, float, float, float]:
+@formula
+def stage_weights(j, count):
+    """mu, nu, rate and start_rate of stage j, the second or a later one of so many."""
     mu = (2.0 * j - 1.0) / j * _weight(j) / _weight(j - 1)
     nu = -(j - 1.0) / j * _weight(j) / _weight(j - 2)
-    return mu, nu, mu * unit, (_weight(j - 1) - 1.0) * mu * unit
+    rate = mu * 3.0 * first_rate(count)
+    return mu, nu, rate, (_weight(j - 1) - 1.0) * rate
 
 
-def _weight(j: int) -> float:
+@formula
+def _weight(j):
     """b_j of the paper."""
     return 1.0 / 3.0 if j < 2 else (j * j + j - 2.0) / (2.0 * j * (j + 1.0))

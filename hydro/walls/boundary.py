@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,28 +59,21 @@ class Sides(NamedTuple):
         )  # fmt: skip
 
 
-class HeatedSide(NamedTuple):
-    """A side whose law gives heat."""
+class Heater(NamedTuple):
+    """A side whose law gives heat, as kernels see it, with room for what is beside it."""
 
-    name: str
     law: Any
     rows: np.ndarray  # (ROWS, m) of `Sides`
     lengths: np.ndarray  # (m,), of its faces
     half_width: float  # from the wall to the centres of its cells
-    cells: tuple[Any, Any]  # where they are in a field (nx, ny)
-
-
-class Heater(NamedTuple):
-    """A heated side as kernels see it, with room for what is beside it."""
-
-    law: Any
-    rows: np.ndarray  # (ROWS, m) of `Sides`
-    lengths: np.ndarray  # (m,)
-    half_width: float
     axis: int
     last: int  # number of the row or column of cells beside it
     density: np.ndarray  # (m,)
     temperature: np.ndarray  # (m,)
+
+
+# Where no side gives heat, for kernels need one.
+NO_HEATER = Heater(VibratingWall(0.0), np.zeros((ROWS, 0)), np.zeros(0), 1.0, 0, 0, np.zeros(0), np.zeros(0))
 
 
 class Boundary:
@@ -90,81 +84,59 @@ class Boundary:
 
     def __init__(self, gas: Closure, walls: Any, mesh: Mesh):
         self.gas, self.walls, self.mesh, self.sides = gas, Walls.of(walls), mesh, Sides.of(mesh)
-        self.heated = tuple(self._heated()) if gas.conducts() else ()
+        self.heaters = dict(self._heaters()) if gas.conducts() else {}
+        self.laws_of_heat = tuple(self.heaters.values()) or (NO_HEATER,)
+        self.laws_beyond = tuple(law if hasattr(law, "beyond") else ElasticWall() for law in self.walls)
 
-    def _heated(self):
-        geometry, sides = Geometry.of(self.mesh), self.sides
+    def _heaters(self) -> Iterator[tuple[str, Heater]]:
+        """The sides that give heat, by name."""
+        geometry = Geometry.of(self.mesh)
         for axis, end in itertools.product((0, 1), (LOW, HIGH)):
-            name, last = f"{'xy'[axis]}{end}", -end
+            name, last = f"{'xy'[axis]}{end}", end * (self.mesh.cells[axis] - 1)
             law = getattr(self.walls, name)
             if self.mesh.periodic[axis] or not hasattr(law, "face"):
                 continue
             if axis == 0:
-                lengths, half_width, rows = geometry.scale_x[last] * geometry.dy, 0.5 * geometry.dx[last], sides.x
+                lengths, width, rows = geometry.scale_x[-end] * geometry.dy, geometry.dx[last], self.sides.x
             else:
-                lengths, half_width, rows = geometry.dx, 0.5 * geometry.dy[last], sides.y
-            place = (last, slice(None)) if axis == 0 else (slice(None), last)
-            yield HeatedSide(name, law, rows[end, :, :-1], lengths, half_width, place)
+                lengths, width, rows = geometry.dx, geometry.dy[last], self.sides.y
+            beside = np.zeros((2, lengths.size))
+            yield name, Heater(law, rows[end, :, :-1], lengths, 0.5 * width, axis, last, *beside)
 
-    def heaters(self, density: np.ndarray) -> tuple[Heater, ...]:
-        """The heated sides as kernels see them, for a density (nx, ny) that stays; or one of no cells."""
-        if not self.heated:
-            nothing = np.zeros(0)
-            return (Heater(VibratingWall(0.0), np.zeros((ROWS, 0)), nothing, 1.0, 0, 0, nothing, nothing),)
-        found = []
-        for side, n in zip(self.heated, self.beside(density), strict=True):
-            axis, end = "xy".index(side.name[0]), int(side.name[1])
-            last = end * (density.shape[axis] - 1)
-            found.append(Heater(side.law, side.rows, side.lengths, side.half_width, axis, last, n, np.empty_like(n)))
-        return tuple(found)
-
-    def reflect(self, axis: int) -> None:
-        """Turn the images that the ghost rows along an axis hold into what lies beyond its two walls."""
-        if not self.mesh.periodic[axis]:
-            laws, ghosts = self.walls[2 * axis : 2 * axis + 2], (self.sides.ghost_x, self.sides.ghost_y)[axis]
-            for law, rows in zip(laws, ghosts, strict=True):
-                reflect(law if hasattr(law, "beyond") else ElasticWall(), axis, rows)
-
-    def beside(self, field: np.ndarray) -> list[np.ndarray]:
-        """Of a field (nx, ny), the values beside every heated side; each (m,) and contiguous."""
-        return [np.ascontiguousarray(field[side.cells]) for side in self.heated]
-
-    def give_heat(self, densities: list[np.ndarray], temperatures: list[np.ndarray]) -> float:
-        """Have the laws find their heat for fields as from `beside`; returns the power that the walls give.
+    def give_heat(self, density: np.ndarray, temperature: np.ndarray) -> float:
+        """Have the laws find their heat for fields (nx, ny); returns the power that the walls give.
 
         StepRejected where a law finds none.
         """
-        power = 0.0
-        for side, n, T in zip(self.heated, densities, temperatures, strict=True):
-            given = fill_heat(side.law, self.gas, n, T, side.half_width, side.lengths, side.rows)
-            if math.isnan(given):
-                refuse_no_heat(side, n, T)
-            power += given
+        power = give_heat(self.laws_of_heat, self.gas, density, temperature)
+        if math.isnan(power):
+            self.refuse_no_heat()
         return power
 
-    def give_slopes(self, densities: list[np.ndarray], temperatures: list[np.ndarray]) -> None:
+    def give_slopes(self) -> None:
         """Have the laws find the slopes of the heat that `give_heat` has found."""
-        for side, n, T in zip(self.heated, densities, temperatures, strict=True):
-            fill_slopes(side.law, self.gas, n, T, side.half_width, side.rows)
+        for side in self.heaters.values():
+            fill_slopes(side.law, self.gas, side.density, side.temperature, side.half_width, side.rows)
+
+    def refuse_no_heat(self) -> None:
+        """StepRejected where a law has found no heat for gas that is as it should be."""
+        for name, side in self.heaters.items():
+            n, T = side.density, side.temperature
+            no_heat = np.isnan(side.rows[HEAT]) & (n > 0.0) & (T > 0.0) & np.isfinite(n * T)
+            if no_heat.any():
+                j = int(np.argmax(no_heat))
+                raise StepRejected(
+                    f"the law of the wall {name} finds no heat for n = {n[j]:.4g}, T = {T[j]:.4g} beside it"
+                )
 
     def temperatures(self) -> dict[str, np.ndarray]:
         """Temperatures of the heated sides, first guesses of the next, by name; copies."""
-        return {f"wall_temperature_{side.name}": side.rows[TEMPERATURE].copy() for side in self.heated}
+        return {f"wall_temperature_{name}": side.rows[TEMPERATURE].copy() for name, side in self.heaters.items()}
 
     def take_temperatures(self, memory: dict[str, np.ndarray]) -> None:
         """Take back what `temperatures` gave."""
-        for side in self.heated:
-            side.rows[TEMPERATURE] = memory[f"wall_temperature_{side.name}"]
-
-
-def refuse_no_heat(side: HeatedSide, n: np.ndarray, T: np.ndarray) -> None:
-    """StepRejected where a law finds no heat for gas that is as it should be."""
-    no_heat = np.isnan(side.rows[HEAT]) & (n > 0.0) & (T > 0.0) & np.isfinite(n * T)
-    if no_heat.any():
-        j = int(np.argmax(no_heat))
-        raise StepRejected(
-            f"the law of the wall {side.name} finds no heat for n = {n[j]:.4g}, T = {T[j]:.4g} beside it"
-        )
+        for name, side in self.heaters.items():
+            side.rows[TEMPERATURE] = memory[f"wall_temperature_{name}"]
 
 
 def wall_heat(gas: Closure, law: Any, density: np.ndarray, temperature: np.ndarray, half_width: float):
@@ -189,13 +161,17 @@ def fill_heat(law, gas, density, temperature, half_width, lengths, rows):
 
 
 @kernel
-def heat_of(heaters, gas, temperature):
-    """Have the laws find their heat for a temperature (nx, ny); returns the power that the walls give."""
+def give_heat(heaters, gas, density, temperature):
+    """Have the laws find their heat for fields (nx, ny); returns the power that the walls give.
+
+    heaters: a tuple of `Heater`, which keep what is beside them. This loop alone is compiled for the laws that are
+    there, as a set: it calls the kernel of each.
+    """
     power = 0.0
     for side in literal_unroll(heaters):
         for j in range(side.temperature.size):
             i, k = (side.last, j) if side.axis == 0 else (j, side.last)
-            side.temperature[j] = temperature[i, k]
+            side.density[j], side.temperature[j] = density[i, k], temperature[i, k]
         power += fill_heat(side.law, gas, side.density, side.temperature, side.half_width, side.lengths, side.rows)
     return power
 

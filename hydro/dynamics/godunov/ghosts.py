@@ -8,17 +8,24 @@ from hydro.dynamics.godunov.hancock import primitive
 from hydro.fields import MX, MY, E, N, P, U, V
 from hydro.jit import kernel, part
 from hydro.mesh import GHOSTS
-from hydro.walls.boundary import HIGH, LOW, Boundary
+from hydro.walls.boundary import HIGH, LOW, reflect
 
 
-def fill_ghosts(boundary: Boundary, state: np.ndarray) -> None:
-    """Fill the ghost rows of all sides, corners included, for the conserved `state` (4, nx, ny)."""
-    gas, sides = boundary.gas, boundary.sides
-    periodic_x, periodic_y = boundary.mesh.periodic
-    image_x(gas, periodic_x, state, sides.ghost_x)
-    boundary.reflect(0)
-    image_y(gas, periodic_y, state, sides.ghost_x, sides.ghost_y)
-    boundary.reflect(1)
+@kernel
+def fill_ghosts(gas, laws, periodic, state, sides):
+    """Fill the ghost rows of all sides, corners included, for the conserved `state` (4, nx, ny).
+
+    laws: of what lies beyond the sides x0, x1, y0 and y1. periodic: in x and in y. This alone is compiled for the laws
+    that are there, as a set: it calls the kernel of each.
+    """
+    image_x(gas, periodic[0], state, sides.ghost_x)
+    if not periodic[0]:
+        reflect(laws[0], 0, sides.ghost_x[LOW])
+        reflect(laws[1], 0, sides.ghost_x[HIGH])
+    image_y(gas, periodic[1], state, sides.ghost_x, sides.ghost_y)
+    if not periodic[1]:
+        reflect(laws[2], 1, sides.ghost_y[LOW])
+        reflect(laws[3], 1, sides.ghost_y[HIGH])
 
 
 @kernel

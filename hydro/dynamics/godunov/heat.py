@@ -26,9 +26,9 @@ from hydro.gas import Closure
 from hydro.gas.conduction import conducted_heat, face_conductance
 from hydro.jit import kernel, part
 from hydro.mesh import Geometry, Mesh
-from hydro.numerics.reduce import store_largest
-from hydro.numerics.rkl2 import MOST_EXPLICIT_STEPS, first_rate, later_stages, stage_count
-from hydro.walls.boundary import HEAT, HIGH, LOW, TEMPERATURE, Boundary, Heater, heat_of
+from hydro.numerics.reduce import largest, store_largest, total
+from hydro.numerics.rkl2 import MOST_EXPLICIT_STEPS, first_rate, stage_count, stage_weights
+from hydro.walls.boundary import HEAT, HIGH, LOW, TEMPERATURE, Boundary, give_heat
 
 COOLING_FRACTION = 0.03  # of a cooling time at most, in one super-step
 CHANGE = 0.3  # of the temperature at most, in one super-step, by the rates at its start
@@ -42,9 +42,10 @@ CONDUCTED, COOLED = 5, 6  # rates at the start: heat conducted into a grain, hea
 CONDUCTION, COOLING, INVERSE = 7, 8, 9  # kappa/T^(1/2), I/(n T^(3/2)), 1/n
 FIELDS = 10
 
-# Rows of a thread's scratch, each (ny + 2,), with a ghost column on both sides.
-K_BEHIND, T_HERE, K_HERE, T_AHEAD, K_AHEAD, FLUX_BELOW, FLUX_ABOVE, DIVERGENCE, CONDUCTANCE = range(9)
-SCRATCH_ROWS = 9
+# Rows of a thread's scratch, each (ny + 2,), with a ghost column on both sides. Those of neighbouring rows of cells
+# take turns: temperatures, their roots and fluxes in two, conductivities in three.
+TEMPERATURES, ROOTS, FLUXES, CONDUCTIVITIES, DIVERGENCE, CONDUCTANCE = 0, 2, 4, 6, 9, 10
+SCRATCH_ROWS = 11
 
 # Sums over a row of cells, each (nx,).
 LOSS, RADIUS, RATE = range(3)
@@ -76,72 +77,70 @@ class Heat:
     def advance(self, state: np.ndarray, dt: float) -> tuple[float, float]:
         """Heat the conserved `state` (4, nx, ny) for `dt`; returns the energies given by walls and lost in collisions.
 
-        Both are NaN if the step is out of all proportion to the rates of conduction and cooling.
+        Both are NaN if the step is out of all proportion to the rates of conduction and cooling. StepRejected where
+        the law of a wall finds no heat.
         """
-        arrays, geometry, sides = self.arrays, self.geometry, self.boundary.sides
-        begin(self.gas, state, arrays)
-        densities, heaters = self.boundary.beside(state[N]), self.boundary.heaters(state[N])
-        given, lost, remaining, stages = 0.0, 0.0, dt, 0
-        for _ in range(MOST_SUPERSTEPS):
-            power = self._wall_power(densities, START)
-            start_rates(geometry, sides, arrays)
-            step = self._superstep_size(remaining)
-            count = self._stages(step)
-            stages += count
-            if not step > 0.0 or stages > MOST_STAGES:
-                break
-            given += self._superstep(heaters, power, step, count)
-            correct(geometry, arrays, state, step)
-            lost += float(arrays.sums[LOSS].sum())
-            if step == remaining:
-                return given, lost
-            remaining -= step
-        return math.nan, math.nan
-
-    def _wall_power(self, densities: list[np.ndarray], field: int) -> float:
-        """The power that walls give to the temperatures in `field`."""
-        return self.boundary.give_heat(densities, self.boundary.beside(self.arrays.work[field]))
-
-    def _superstep_size(self, remaining: float) -> float:
-        """The next super-step: all that remains, if rates and stages allow it; rather two halves than a sliver."""
-        radius, rate = (float(self.arrays.sums[row].max()) for row in (RADIUS, RATE))
-        longest = min(over(1.0, rate), over(MOST_EXPLICIT_STEPS / SAFETY, radius))
-        return remaining if longest >= remaining else min(longest, 0.5 * remaining)
-
-    def _stages(self, step: float) -> int:
-        """How many stages a super-step takes; none for one that is no step."""
-        return stage_count(0.5 * step * SAFETY * float(self.arrays.sums[RADIUS].max())) if step > 0.0 else 0
-
-    def _superstep(self, heaters: tuple[Heater, ...], power: float, dt: float, count: int) -> float:
-        """One step of temperature and losses in `count` stages, from START to LAST; returns the energy of the walls.
-
-        power: what the walls give at the start.
-        """
-        return all_stages(
-            self.gas, heaters, self.geometry, self.boundary.sides, self.arrays, power, dt, first_rate(count),
-            later_stages(count),
+        boundary = self.boundary
+        given, lost = advance(
+            self.gas, boundary.laws_of_heat, self.geometry, boundary.sides, self.arrays, state, dt
         )  # fmt: skip
-
-
-def over(share: float, rate: float) -> float:
-    """A share of the time that a rate means; infinite for no rate, zero for one that is not a number."""
-    return 0.0 if math.isnan(rate) else share / rate if rate > 0.0 else math.inf
+        if math.isnan(given):
+            boundary.refuse_no_heat()
+        return given, lost
 
 
 @kernel
-def all_stages(gas, heaters, geometry, sides, arrays, power, dt, first, later):
-    """The stages of a super-step, an odd number, from START to LAST; returns the energy given by the walls.
+def advance(gas, heaters, geometry, sides, arrays, state, dt):
+    """See `Heat.advance`. The loops here are compiled for the laws that are there, as a set; sweeps are not."""
+    begin(gas, state, arrays)
+    given, lost, remaining, stages = 0.0, 0.0, dt, 0
+    for _ in range(MOST_SUPERSTEPS):
+        power = give_heat(heaters, gas, state[N], arrays.work[START])
+        start_rates(geometry, sides, arrays)
+        radius = largest(arrays.sums[RADIUS])
+        step = superstep_size(remaining, radius, largest(arrays.sums[RATE]))
+        if np.isnan(power) or not step > 0.0:
+            break
+        count = stage_count(0.5 * step * SAFETY * radius)
+        stages += count
+        if stages > MOST_STAGES:
+            break
+        given += superstep(gas, heaters, geometry, sides, arrays, state[N], power, step, count)
+        if np.isnan(given):
+            break
+        correct(geometry, arrays, state, step)
+        lost += total(arrays.sums[LOSS])
+        if step == remaining:
+            return given, lost
+        remaining -= step
+    return np.nan, np.nan
 
-    power: what they give at the start. This loop alone is compiled for the laws that are there, as a set: it calls the
-    kernels of each law and those of the sweeps.
+
+@part
+def superstep_size(remaining, radius, rate):
+    """The next super-step: all that remains, if rates and stages allow it; rather two halves than a sliver.
+
+    Not a number where a rate is none.
     """
-    work = arrays.work
-    first_stage(work, first * dt)
-    given_before, given, last = 0.0, first * dt * power, LAST
-    for k in range(later.shape[0]):
-        mu, nu, rate, start_rate = later[k, 0], later[k, 1], later[k, 2], later[k, 3]
-        given_next = mu * given + nu * given_before + dt * start_rate * power
-        given_next += dt * rate * heat_of(heaters, gas, work[last])
+    longest = min(1.0 / rate, MOST_EXPLICIT_STEPS / (SAFETY * radius))
+    return remaining if longest >= remaining else min(longest, 0.5 * remaining)
+
+
+@part
+def superstep(gas, heaters, geometry, sides, arrays, density, power, dt, count):
+    """Temperature and losses in `count` stages, an odd number, from START to LAST; returns the energy of the walls.
+
+    power: what they give at the start. NaN where one finds no heat: what is beside it is then as its law met it.
+    """
+    work, last = arrays.work, LAST
+    first_stage(work, first_rate(count) * dt)
+    given_before, given = 0.0, first_rate(count) * dt * power
+    for j in range(2, count + 1):
+        mu, nu, rate, start_rate = stage_weights(j, count)
+        power_now = give_heat(heaters, gas, density, work[last])
+        if np.isnan(power_now):
+            return np.nan
+        given_next = mu * given + nu * given_before + dt * (start_rate * power + rate * power_now)
         stage(geometry, sides, arrays, last, mu, nu, rate * dt, start_rate * dt)
         given_before, given, last = given, given_next, LAST + NEXT - last
     return given
@@ -169,29 +168,41 @@ def begin_row(gas, density, momentum_x, momentum_y, energy, work, i):
 
 
 @part
-def load_line(work, field, i, temperature, conductivity):
-    """Temperature and conductivity of row i into scratch rows, from column 1 on."""
-    T, coefficient = work[field, i], work[CONDUCTION, i]
-    for j in range(np.uint64(T.size)):
-        temperature[j + ONE] = T[j]
-        conductivity[j + ONE] = coefficient[j] * np.sqrt(T[j])
+def lines_of(s, i):
+    """Temperatures, their roots and conductivities of row i of the cells, in scratch; i >= -1."""
+    turn = i + 6
+    return s[TEMPERATURES + turn % 2], s[ROOTS + turn % 2], s[CONDUCTIVITIES + turn % 3]
+
+
+@part
+def load_lines(geometry, arrays, field, i, s):
+    """Bring row i of the cells into scratch, with a ghost column on both sides."""
+    nx, ny = arrays.work.shape[1:]
+    T_row, coefficient = arrays.work[field, i % nx], arrays.work[CONDUCTION, i % nx]
+    T, root, K = lines_of(s, i)
+    for j in range(np.uint64(T_row.size)):
+        k = j + ONE
+        T[k] = T_row[j]
+        root[k] = np.sqrt(T_row[j])
+        K[k] = coefficient[j] * root[k]
+    T[0], T[ny + 1] = (T[ny], T[1]) if geometry.periodic_y else (T[1], T[ny])
+    K[0], K[ny + 1] = (K[ny], K[1]) if geometry.periodic_y else (K[1], K[ny])
 
 
 @part
 def flux_line(geometry, sides, face, s):
-    """Heat conducted through the faces in x below row `face` toward smaller x, into scratch row FLUX_ABOVE.
+    """Heat conducted through the faces in x below row `face` toward smaller x, per length in y, into scratch.
 
-    Its cells are in the rows HERE and AHEAD. Through closed sides goes the heat of the walls.
+    The cells on both sides must be there. Through closed sides goes the heat of the walls.
     """
-    T, K, T_ahead, K_ahead, flux = s[T_HERE], s[K_HERE], s[T_AHEAD], s[K_AHEAD], s[FLUX_ABOVE]
-    inverse, scale, aperture = (
-        geometry.inverse_x[face],
-        geometry.scale_x[face],
-        geometry.aperture_x[geometry.pattern_x[face]],
-    )
+    T, _, K = lines_of(s, face - 1)
+    T_ahead, _, K_ahead = lines_of(s, face)
+    flux, aperture = s[FLUXES + face % 2], geometry.aperture_x[geometry.pattern_x[face]]
+    scale = geometry.scale_x[face]
+    weight = scale * geometry.inverse_x[face]
     for j in range(np.uint64(aperture.size)):
         k = j + ONE
-        flux[k] = aperture[j] * scale * conducted_heat(inverse, K[k], K_ahead[k], T[k], T_ahead[k])
+        flux[k] = aperture[j] * conducted_heat(weight, K[k], K_ahead[k], T[k], T_ahead[k])
     if face == 0 or face == geometry.dx.size:
         heat = sides.x[HIGH if face > 0 else LOW, HEAT]
         toward = scale if face > 0 else -scale
@@ -201,60 +212,44 @@ def flux_line(geometry, sides, face, s):
 
 @part
 def start_lines(geometry, sides, arrays, field, i, s):
-    """Prepare the scratch rows for a sweep that starts with row i."""
-    before = (i - 1) % arrays.work.shape[1]
-    load_line(arrays.work, field, before, s[T_HERE], s[K_HERE])
-    load_line(arrays.work, field, i, s[T_AHEAD], s[K_AHEAD])
+    """Prepare the scratch for a sweep that starts with row i."""
+    load_lines(geometry, arrays, field, i - 1, s)
+    load_lines(geometry, arrays, field, i, s)
     flux_line(geometry, sides, i, s)
-
-
-@part
-def shift_lines(s):
-    """What was ahead is here, what was here is behind."""
-    K_behind, T, K, T_ahead, K_ahead = s[K_BEHIND], s[T_HERE], s[K_HERE], s[T_AHEAD], s[K_AHEAD]
-    below, above = s[FLUX_BELOW], s[FLUX_ABOVE]
-    for k in range(np.uint64(T.size)):
-        K_behind[k] = K[k]
-        T[k] = T_ahead[k]
-        K[k] = K_ahead[k]
-        below[k] = above[k]
 
 
 @part
 def divergence_line(geometry, sides, arrays, field, i, s):
     """Divergence of the conducted heat in row i into scratch row DIVERGENCE; rows must be taken in order."""
-    nx, ny = arrays.work.shape[1:]
-    T, K, below, above, divergence = s[T_HERE], s[K_HERE], s[FLUX_BELOW], s[FLUX_ABOVE], s[DIVERGENCE]
-    shift_lines(s)
-    T[0], T[ny + 1] = (T[ny], T[1]) if geometry.periodic_y else (T[1], T[ny])
-    K[0], K[ny + 1] = (K[ny], K[1]) if geometry.periodic_y else (K[1], K[ny])
-    load_line(arrays.work, field, (i + 1) % nx, s[T_AHEAD], s[K_AHEAD])
+    load_lines(geometry, arrays, field, i + 1, s)
     flux_line(geometry, sides, i + 1, s)
-    scale = geometry.scale[i]
-    over_dx, over_scale = 1.0 / (scale * geometry.dx[i]), 1.0 / scale
-    dy, inverse_y, aperture = geometry.dy, geometry.inverse_y, geometry.aperture_y[geometry.pattern_y[i]]
+    T, _, K = lines_of(s, i)
+    below, above, divergence = s[FLUXES + i % 2], s[FLUXES + (i + 1) % 2], s[DIVERGENCE]
+    weight, over_dy, ny = geometry.weight_y[geometry.pattern_y[i]], geometry.over_dy, geometry.dy.size
+    over_scale = 1.0 / geometry.scale[i]
+    over_dx, over_square = over_scale / geometry.dx[i], over_scale * over_scale
     for k in range(ONE, np.uint64(ny + 1)):
         j = k - ONE
-        up = aperture[k] * conducted_heat(inverse_y[k], K[k], K[k + ONE], T[k], T[k + ONE])
-        down = aperture[j] * conducted_heat(inverse_y[j], K[j], K[k], T[j], T[k])
-        divergence[k] = over_dx * (above[k] - below[k]) + over_scale * over_scale * (up - down) / dy[j]
-    divergence[1] += over_scale * sides.y[LOW, HEAT, i] / dy[0]
-    divergence[ny] += over_scale * sides.y[HIGH, HEAT, i] / dy[ny - 1]
+        up = conducted_heat(weight[k], K[k], K[k + ONE], T[k], T[k + ONE])
+        down = conducted_heat(weight[j], K[j], K[k], T[j], T[k])
+        divergence[k] = over_dx * (above[k] - below[k]) + (over_square * over_dy[j]) * (up - down)
+    divergence[1] += over_scale * over_dy[0] * sides.y[LOW, HEAT, i]
+    divergence[ny] += over_scale * over_dy[ny - 1] * sides.y[HIGH, HEAT, i]
 
 
 @part
-def conductance_line(geometry, arrays, i, s):
+def conductance_line(geometry, i, s):
     """Sum of a cell's face conductances over its area into scratch row CONDUCTANCE, after `divergence_line`."""
-    ny = arrays.work.shape[2]
-    K_behind, K, K_ahead, conductance = s[K_BEHIND], s[K_HERE], s[K_AHEAD], s[CONDUCTANCE]
-    dy, inverse_y, scale = geometry.dy, geometry.inverse_y, geometry.scale[i]
+    K_behind, K, K_ahead = lines_of(s, i - 1)[2], lines_of(s, i)[2], lines_of(s, i + 1)[2]
+    inverse_y, over_dy, conductance = geometry.inverse_y, geometry.over_dy, s[CONDUCTANCE]
+    over_scale = 1.0 / geometry.scale[i]
+    over_dx, over_square = over_scale / geometry.dx[i], over_scale * over_scale
     below, above = geometry.inverse_x[i] * geometry.scale_x[i], geometry.inverse_x[i + 1] * geometry.scale_x[i + 1]
-    over_dx, over_scale = 1.0 / (scale * geometry.dx[i]), 1.0 / (scale * scale)
-    for k in range(ONE, np.uint64(ny + 1)):
+    for k in range(ONE, np.uint64(over_dy.size + 1)):
         j = k - ONE
         x_part = face_conductance(below, K_behind[k], K[k]) + face_conductance(above, K[k], K_ahead[k])
         y_part = face_conductance(inverse_y[j], K[j], K[k]) + face_conductance(inverse_y[k], K[k], K[k + ONE])
-        conductance[k] = x_part * over_dx + over_scale * y_part / dy[j]
+        conductance[k] = over_dx * x_part + (over_square * over_dy[j]) * y_part
 
 
 @part
@@ -264,18 +259,17 @@ def wall_conductances(geometry, sides, i, s):
     A side whose wall has no temperature gives no heat.
     """
     ny, last = geometry.dy.size, geometry.dx.size - 1
+    T, _, K = lines_of(s, i)
     for end in (LOW, HIGH):
         row = 0 if end == LOW else last
         if i == row:
             for j in range(ny):
                 heat, wall = sides.x[end, HEAT, j], sides.x[end, TEMPERATURE, j]
-                s[CONDUCTANCE, j + 1] += wall_conductance(
-                    heat, wall, s[T_HERE, j + 1], s[K_HERE, j + 1], geometry.dx[i]
-                )
+                s[CONDUCTANCE, j + 1] += wall_conductance(heat, wall, T[j + 1], K[j + 1], geometry.dx[i])
         column = 0 if end == LOW else ny - 1
         heat, wall, k = sides.y[end, HEAT, i], sides.y[end, TEMPERATURE, i], column + 1
         width = geometry.dy[column] * geometry.scale[i]
-        s[CONDUCTANCE, k] += wall_conductance(heat, wall, s[T_HERE, k], s[K_HERE, k], width)
+        s[CONDUCTANCE, k] += wall_conductance(heat, wall, T[k], K[k], width)
 
 
 @part
@@ -299,19 +293,21 @@ def start_rates(geometry, sides, arrays):
         start_lines(geometry, sides, arrays, START, first, s)
         for i in range(first, stop):
             divergence_line(geometry, sides, arrays, START, i, s)
-            conductance_line(geometry, arrays, i, s)
+            conductance_line(geometry, i, s)
             wall_conductances(geometry, sides, i, s)
-            start_row(work, i, s[DIVERGENCE], s[CONDUCTANCE], arrays.sums)
+            start_row(work, i, s, arrays.sums)
 
 
 @part
-def start_row(work, i, divergence, conductance, sums):
-    """Rates of row i at the start from its divergence."""
+def start_row(work, i, s, sums):
+    """Rates of row i at the start from its divergence and conductance."""
+    _, roots, _ = lines_of(s, i)
+    divergence, conductance = s[DIVERGENCE], s[CONDUCTANCE]
     T, inverse, cooling = work[START, i], work[INVERSE, i], work[COOLING, i]
     conducted, cooled = work[CONDUCTED, i], work[COOLED, i]
     radius, rate = work[NEXT, i], work[LAST, i]
     for j in range(np.uint64(T.size)):
-        root = np.sqrt(T[j])
+        root = roots[j + ONE]
         conducted[j] = divergence[j + ONE] * inverse[j]
         cooled[j] = cooling[j] * T[j] * root
         radius[j] = 2.0 * conductance[j + ONE] * inverse[j] + 1.5 * cooling[j] * root
@@ -350,12 +346,14 @@ def stage(geometry, sides, arrays, last, mu, nu, rate, start_rate):
         start_lines(geometry, sides, arrays, last, first, s)
         for i in range(first, stop):
             divergence_line(geometry, sides, arrays, last, i, s)
-            stage_row(work, last, i, s[DIVERGENCE], mu, nu, rate, start_rate)
+            stage_row(work, last, i, s, mu, nu, rate, start_rate)
 
 
 @part
-def stage_row(work, last, i, divergence, mu, nu, rate, start_rate):
+def stage_row(work, last, i, s, mu, nu, rate, start_rate):
     """Row i of a later stage."""
+    _, roots, _ = lines_of(s, i)
+    divergence = s[DIVERGENCE]
     following = LAST + NEXT - last
     T, T_next, T_start = work[last, i], work[following, i], work[START, i]
     lost, lost_next = work[last + LOST, i], work[following + LOST, i]
@@ -363,7 +361,7 @@ def stage_row(work, last, i, divergence, mu, nu, rate, start_rate):
     inverse, cooling = work[INVERSE, i], work[COOLING, i]
     rest = 1.0 - mu - nu
     for j in range(np.uint64(T.size)):
-        loss = cooling[j] * T[j] * np.sqrt(T[j])
+        loss = cooling[j] * T[j] * roots[j + ONE]
         change = rate * (divergence[j + ONE] * inverse[j] - loss) + start_rate * (conducted[j] - cooled[j])
         T_next[j] = mu * T[j] + nu * T_next[j] + rest * T_start[j] + change
         lost_next[j] = mu * lost[j] + nu * lost_next[j] + rate * loss + start_rate * cooled[j]

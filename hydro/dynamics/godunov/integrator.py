@@ -149,9 +149,10 @@ class Godunov(Integrator):
 
     def _flow(self, before: np.ndarray, after: np.ndarray, dt: float) -> None:
         """The hydrodynamic update."""
-        fill_ghosts(self.boundary, before)
+        boundary = self.boundary
+        fill_ghosts(self.gas, boundary.laws_beyond, self.mesh.periodic, before, boundary.sides)
         hancock.advance(
-            self.gas, self._limiter, self._riemann, dt, self._geometry, self.boundary.sides, before, after,
+            self.gas, self._limiter, self._riemann, dt, self._geometry, boundary.sides, before, after,
             self._scratch,
         )  # fmt: skip
 
@@ -174,11 +175,13 @@ def worth_threads(mesh: Mesh) -> int:
 def thread_count(threads: int) -> Iterator[None]:
     """Use so many threads in kernels; a small mesh is faster without waking others."""
     before = numba.get_num_threads()
-    numba.set_num_threads(threads)
+    if before != threads:
+        numba.set_num_threads(threads)
     try:
         yield
     finally:
-        numba.set_num_threads(before)
+        if before != threads:
+            numba.set_num_threads(before)
 
 
 @kernel

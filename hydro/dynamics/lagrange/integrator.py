@@ -202,11 +202,7 @@ class LagrangeRemap(Integrator):
         """Closures and the heat of the walls for the unknowns; returns the power of the walls."""
         pressure, temperature = self._unknowns
         find_closures(self.gas, pressure, temperature, self._work)
-        return self.boundary.give_heat(*self._beside_walls())
-
-    def _beside_walls(self) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Densities and temperatures of the unknowns beside the walls that give heat."""
-        return self.boundary.beside(self._work.density), self.boundary.beside(self._unknowns[1])
+        return self.boundary.give_heat(self._work.density, temperature)
 
     def _solve(self, h: float, drag: float) -> None:
         """Pressure and temperature of the new state, from a first guess."""
@@ -217,7 +213,7 @@ class LagrangeRemap(Integrator):
             self._find_heat()
             balance(geometry, sides, P, T, h, drag, work, finest.right)
             if iteration == 0:
-                self.boundary.give_slopes(*self._beside_walls())
+                self.boundary.give_slopes()
                 find_jacobian(self.gas, geometry, sides, T, h, drag, work, finest.equations)
                 self._hierarchy.prepare()
             self._hierarchy.cycle()

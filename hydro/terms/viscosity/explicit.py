@@ -13,7 +13,7 @@ from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
 from hydro.jit import kernel
 from hydro.mesh import Faces, Geometry, Mesh
-from hydro.numerics.rkl2 import first_rate, later_stages, stage_count
+from hydro.numerics.rkl2 import first_rate, stage_count, stage_weights
 from hydro.terms.viscosity.stress import Viscous, add_wall_stress, find_viscosities, stress_force, viscous_heating
 from hydro.walls.boundary import Sides
 
@@ -46,7 +46,8 @@ def advance(
     find_rates(gas, factor, geometry, sides, state, last, a, velocity, first)
     count = stage_count(0.5 * dt * SAFETY * spectral_radius(geometry, state[N], a))
     combine(1.0, before, 0.0, last, first_rate(count) * dt, first, 0.0, first)
-    for mu, nu, rate, start_rate in later_stages(count):
+    for j in range(2, count + 1):
+        mu, nu, rate, start_rate = stage_weights(j, count)
         find_rates(gas, factor, geometry, sides, state, last, a, velocity, rates)
         combine(mu, last, nu, before, rate * dt, rates, start_rate * dt, first)
         last, before = before, last
