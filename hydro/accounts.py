@@ -27,6 +27,7 @@ WALL = Account("wall", 1, "energy from the driving wall", drives=True)
 COLLISIONS = Account("collisions", -1, "energy lost in collisions")
 FRICTION = Account("friction", -1, "energy of the flow lost by rolling friction")
 SOURCE = Account("source", 1, "energy from added sources")
+INTERNAL = Account("internal", 1, "energy that balances of internal energy add where gas is cold and packed")
 
 
 class Amounts(dict[str, float]):

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from hydro.accounts import COLLISIONS, FRICTION, SOURCE, WALL, Account
+from hydro.accounts import COLLISIONS, FRICTION, INTERNAL, SOURCE, WALL, Account
 from hydro.state import State
 from hydro.terms import Terms
 
@@ -17,7 +17,7 @@ FLOW_LIMITS = ("sound", "remap", "error")
 
 def flow_accounts(terms: Terms) -> tuple[Account, ...]:
     """The accounts of an integrator of flow: those that every run has, and those of further terms."""
-    return tuple(dict.fromkeys((WALL, COLLISIONS, FRICTION, SOURCE, *terms.accounts)))
+    return tuple(dict.fromkeys((WALL, COLLISIONS, FRICTION, SOURCE, INTERNAL, *terms.accounts)))
 
 
 def flow_limits(terms: Terms) -> tuple[str, ...]:

@@ -25,8 +25,10 @@ class Stress(Protocol):
     def implicit(
         self, velocity: Faces, density: np.ndarray, pressure: np.ndarray, pushing: np.ndarray, h: float, drag: float,
         momentum: Faces, energy: np.ndarray,
-    ) -> None:  # fmt: skip
+    ) -> np.ndarray:  # fmt: skip
         """Let them act, implicitly, on the `momentum` of faces and the `energy` of cells over `h`; StepRejected.
+
+        Returns the rate, (nx, ny), at which the flow becomes heat.
 
         velocity: a first guess. density, pressure: extrapolated, (nx, ny). pushing: the pressure under which velocities
         are found. drag: its rate. momentum: before pressure and drag act.

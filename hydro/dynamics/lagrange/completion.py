@@ -11,10 +11,10 @@ from hydro.jit import kernel, part
 
 
 @kernel
-def complete(geometry, sides, P, T, h, drag, power, work, state, momentum):
+def complete(geometry, sides, P, T, h, drag, power, added, work, state, momentum):
     """The new state (4, nx, ny), after `find_closures` and the walls, and the momenta of the faces, into `momentum`.
 
-    power: the heat of the walls. Returns the power that comes through the sides, with gas or without, and those lost
+    power: the heat of the walls. added: energy that cold cells get beside. Returns the power that comes through the sides, with gas or without, and those lost
     in collisions and by drag. The iteration leaves a little of the balances; a common factor on density, and one on
     energy, makes up for it: mass and the books of energy are exact.
     """
@@ -48,7 +48,7 @@ def complete(geometry, sides, P, T, h, drag, power, work, state, momentum):
             momentum.x[nx] = lines[high, :ny]
     given = power + energy_in
     state[N] *= (base_mass + h * mass_in) / mass
-    state[E] *= (base_energy + h * (given - lost - dragged)) / energy
+    state[E] *= (base_energy + h * (given - lost - dragged) + added) / energy
     return given, lost, dragged
 
 

@@ -9,43 +9,51 @@ from hydro.fields import MX, MY, E, N, P, U, V
 from hydro.jit import kernel, part
 from hydro.mesh import GHOSTS
 
+TIGHT = 0.02  # 1 - n/n_p, below which the error of pressure counts less
+
 
 @kernel(exact=True)
-def look_ahead(gas, periodic, now, last, ratio, ahead, base):
-    """Extrapolated n, u, v, p and the contribution of both states; False where n or T would leave its bounds.
+def look_ahead(gas, periodic, now, last, ratio, share, ahead, base):
+    """Extrapolated n, u, v, p and the contribution of both states; returns whether n and T stay in bounds, and how many
+    cells have less heat than `share` of their kinetic energy.
 
     Beyond a wall the extrapolated fields are flat; beyond a periodic side they are those of the other end.
     """
     nx = now.shape[1]
     weight = ratio * ratio / (1.0 + 2.0 * ratio)
-    good = True
+    outside, cold = 0, 0
     for i in range(nx):
         k = i + GHOSTS
         for q in range(4):
             add_difference(now[q, i], last[q, i], weight, base[q, i])
             add_difference(now[q, i], last[q, i], ratio, ahead[q, k])
-        outside = primitive_row(gas, ahead[N, k], ahead[U, k], ahead[V, k], ahead[P, k])
-        good = good and outside == 0
+        found = primitive_row(gas, share, ahead[N, k], ahead[U, k], ahead[V, k], ahead[P, k])
+        outside, cold = outside + found[0], cold + found[1]
     for q in range(4):
         for ghost in range(GHOSTS):
             below, above = (nx + ghost, GHOSTS + ghost) if periodic else (GHOSTS, nx + GHOSTS - 1)
             copy_row(ahead[q, below], ahead[q, ghost])
             copy_row(ahead[q, above], ahead[q, nx + GHOSTS + ghost])
-    return good
+    return outside == 0, cold
 
 
 @part(exact=True)
-def primitive_row(gas, density, momentum_x, momentum_y, energy):
-    """Turn conserved fields of a row into n, u, v, p; returns in how many cells n or T is out of bounds."""
-    outside, packed = 0, gas.packing_density()
+def primitive_row(gas, share, density, momentum_x, momentum_y, energy):
+    """Turn conserved fields of a row into n, u, v, p.
+
+    Returns in how many cells n or T is out of bounds, and how many have less heat than `share` of their kinetic energy.
+    """
+    outside, cold, packed = 0, 0, gas.packing_density()
     for j in range(np.uint64(density.size)):
         n = density[j]
         over = 1.0 / n
         u, v = momentum_x[j] * over, momentum_y[j] * over
-        T = energy[j] * over - 0.5 * (u * u + v * v)
+        kinetic = 0.5 * (u * u + v * v)
+        T = energy[j] * over - kinetic
         momentum_x[j], momentum_y[j], energy[j] = u, v, gas.pressure(n, T)
         outside += 0 if (n > 0.0) & (n < packed) & (T > 0.0) else 1
-    return outside
+        cold += 0 if T >= share * kinetic else 1
+    return outside, cold
 
 
 @kernel(exact=True)
@@ -78,7 +86,8 @@ def extrapolation_error(gas, ahead, pressure, temperature, error):
 def unforeseen_change(gas, geometry, state, ahead):
     """Root mean square, over the box, of what the extrapolation (n, u, v, p) missed; infinite out of bounds.
 
-    Density and pressure relative, velocity against sound.
+    Density and pressure relative, velocity against sound. Where gaps between grains are less than TIGHT of their
+    distance, pressure is as little known as they are: there it counts in proportion to the gap.
     """
     total, area = 0.0, 0.0
     for i in range(state.shape[1]):
@@ -106,7 +115,7 @@ def unforeseen_row(
         T = energy[j] * over - 0.5 * (u * u + v * v)
         p = gas.pressure(n, T)
         over_c = 1.0 / gas.sound_speed_at_pressure(n, p)
-        in_n, in_p = n_ahead[j] * over - 1.0, p_ahead[j] / p - 1.0
+        in_n, in_p = n_ahead[j] * over - 1.0, min(1.0, gas.gap(n) / TIGHT) * (p_ahead[j] / p - 1.0)
         in_u, in_v = (u_ahead[j] - u) * over_c, (v_ahead[j] - v) * over_c
         total += width * dy[j] * (in_n * in_n + in_p * in_p + in_u * in_u + in_v * in_v)
         area += width * dy[j]

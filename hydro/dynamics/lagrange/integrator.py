@@ -8,18 +8,20 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hydro.accounts import COLLISIONS, WALL, Amounts
+from hydro.accounts import COLLISIONS, INTERNAL, WALL, Amounts
 from hydro.choices import LIMITERS
 from hydro.dynamics import multigrid
 from hydro.dynamics.integrator import Integrator, flow_accounts, flow_limits
 from hydro.dynamics.lagrange.balance import balance, find_closures
+from hydro.dynamics.lagrange.cold import SHARE as COLD
+from hydro.dynamics.lagrange.cold import ColdCells
 from hydro.dynamics.lagrange.completion import complete
 from hydro.dynamics.lagrange.extrapolation import extrapolation_error, first_guess, look_ahead, unforeseen_change
 from hydro.dynamics.lagrange.jacobian import correct, find_jacobian
 from hydro.dynamics.lagrange.transport import carry, face_momenta, sweep_rate
 from hydro.dynamics.lagrange.workspace import Work
 from hydro.errors import StepRejected
-from hydro.fields import E, N, P, U, V
+from hydro.fields import MX, MY, E, N, P, U, V
 from hydro.gas import Closure
 from hydro.mesh import Faces, Geometry, Mesh
 from hydro.state import State, worst_cell
@@ -87,6 +89,7 @@ class LagrangeRemap(Integrator):
         self.limiter, self.boundary = LIMITERS[limiter], Boundary(gas, walls, mesh)
         self._geometry, self._work = Geometry.of(mesh), Work.of(mesh)
         self.stresses = self.terms.stresses(gas, self.boundary, mesh)
+        self._cold = ColdCells(gas, self._geometry, self.boundary.sides, mesh)
         self._hierarchy = multigrid.Hierarchy(mesh)
         self._last = np.zeros((4, *mesh.cells))  # the state before
         self._momentum, self._momentum_before, self._pushed = (Faces.of(mesh) for _ in range(3))
@@ -116,16 +119,9 @@ class LagrangeRemap(Integrator):
         h, drag = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio), self.terms.drag_rate
         work, (P, T) = self._work, self._unknowns
         carry(
-            self.gas,
-            self.limiter,
-            self._geometry,
-            self._momentum,
-            self._momentum_before,
-            ratio,
-            h,
-            self._velocity,
-            work,
-        )
+            self.gas, self.limiter, self._geometry, self._momentum, self._momentum_before, ratio, h, self._velocity, work,
+        )  # fmt: skip
+        self._cold.carry(self.limiter, self._velocity, work)
         powers = self._add_terms(state.time + dt, h)
         self._apply_stresses(state.pressure, h, drag)
         span = dt * (dt + self._steps[0]) if ratio > 0.0 else 0.0
@@ -133,10 +129,11 @@ class LagrangeRemap(Integrator):
             self.gas, work.ahead, self._extrapolation_error, span / self._span[0] if self._span[0] > 0.0 else 0.0, P, T
         )
         self._solve(h, drag)
-        heat = self._find_heat()
+        heat, added = self._find_heat(), self._energy_added(h, drag)
         powers[WALL.name], powers[COLLISIONS.name], dragged = complete(
-            self._geometry, self.boundary.sides, P, T, h, drag, heat, work, self._next, self._pushed
+            self._geometry, self.boundary.sides, P, T, h, drag, heat, added, work, self._next, self._pushed
         )
+        powers[INTERNAL.name] = added / h
         powers.add(self.terms.drag_losses(dragged))
         error = unforeseen_change(self.gas, self._geometry, self._next, work.ahead)
         self._choose_step(error, dt, State(self.gas, self.mesh, self._next))
@@ -155,10 +152,16 @@ class LagrangeRemap(Integrator):
         if ratio == 0.0:
             face_momenta(self._geometry, now, self._momentum)
         for choice in (ratio, 0.0):
-            periodic = self.mesh.periodic[0]
-            if look_ahead(self.gas, periodic, now, self._last, choice, self._work.ahead, self._work.base):
+            if self._look_ahead(now, choice):
                 return choice
         raise StepRejected(worst_cell(state))
+
+    def _look_ahead(self, now: np.ndarray, ratio: float) -> bool:
+        """Extrapolate; whether n and T stay in their bounds."""
+        work, last = self._work, self._last
+        good, cold = look_ahead(self.gas, self.mesh.periodic[0], now, last, ratio, COLD, work.ahead, work.base)
+        self._cold.any = False
+        return self._cold.look_ahead(now, last, ratio, work.ahead) if cold > 0 else good
 
     def _add_terms(self, time: float, h: float) -> Amounts:
         """Sources and forces over `h`, into what the balances start from; returns their powers by account."""
@@ -171,6 +174,8 @@ class LagrangeRemap(Integrator):
             work.base[E] += h * rates[E]
             work.momentum.x[:] += h * on_faces.x
             work.momentum.y[:] += h * on_faces.y
+            if self._cold.any:
+                self._cold.add_heat(heat_of(rates, work.foreseen(U), work.foreseen(V)), h)
             powers.add_to(account, self.mesh.integral(rates[E]))
         return powers
 
@@ -194,9 +199,10 @@ class LagrangeRemap(Integrator):
         work = self._work
         for stress in self.stresses:
             halfway = 0.5 * (pressure + work.foreseen(P))
-            stress.implicit(
+            heating = stress.implicit(
                 self._velocity, work.foreseen(N), work.foreseen(P), halfway, h, drag, work.momentum, work.base[E]
             )
+            self._cold.add_heat(heating, h)
 
     def _find_heat(self) -> float:
         """Closures and the heat of the walls for the unknowns; returns the power of the walls."""
@@ -212,6 +218,7 @@ class LagrangeRemap(Integrator):
         for iteration in range(ITERATIONS):
             self._find_heat()
             balance(geometry, sides, P, T, h, drag, work, finest.right)
+            self._cold.balance(P, T, h, drag, work, finest.right)
             if iteration == 0:
                 self.boundary.give_slopes()
                 find_jacobian(self.gas, geometry, sides, T, h, drag, work, finest.equations)
@@ -225,6 +232,14 @@ class LagrangeRemap(Integrator):
             if change == 0.0 or (iteration > 0 and change * rate / (1.0 - rate) < enough):
                 return
         raise StepRejected(f"the implicit stage does not converge: last change {change:.2g}")
+
+    def _energy_added(self, h: float, drag: float) -> float:
+        """What cold cells get in this step beside the balances of total energy."""
+        if not self._cold.any:
+            return 0.0
+        (P, T), right = self._unknowns, self._hierarchy.levels[0].right
+        balance(self._geometry, self.boundary.sides, P, T, h, drag, self._work, right)
+        return self._cold.energy_added(right)
 
     def _choose_step(self, error: float, dt: float, trial: State) -> None:
         """Choose the next step; StepRejected if this one changed more than foreseen, or left the bounds."""
@@ -267,3 +282,8 @@ class LagrangeRemap(Integrator):
         self._extrapolation_error[:], self._span[:] = memory["extrapolation_error"], memory["span"]
         self._steps[:], self._exchange[:] = memory["steps"], memory["exchange"]
         self.boundary.take_temperatures(memory)
+
+
+def heat_of(rates: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """The rate of internal energy in rates of the conserved fields (4, nx, ny) of gas with the velocity (u, v)."""
+    return rates[E] - u * (rates[MX] - 0.5 * u * rates[N]) - v * (rates[MY] - 0.5 * v * rates[N])

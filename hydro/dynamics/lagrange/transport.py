@@ -113,12 +113,8 @@ def carry_along(gas, limiter, geometry, velocity, h, work, i):
     ny = work.stream.shape[2]
     upstream_row(velocity, lines[WEIGHT])
     for q in range(4):
-        padded, row = lines[PADDED], work.ahead[q, i + GHOSTS]
-        for j in range(np.uint64(ny)):
-            padded[j + TWO] = row[j]
-        for ghost in range(GHOSTS):
-            padded[1 - ghost] = row[ny - 1 - ghost] if geometry.periodic_y else row[0]
-            padded[ny + GHOSTS + ghost] = row[ghost] if geometry.periodic_y else row[ny - 1]
+        padded = lines[PADDED]
+        pad_row(work.ahead[q, i + GHOSTS], geometry.periodic_y, padded)
         profile_line(limiter, padded, spacing[1], spacing[2], lines[WEIGHT], lines[PROFILES + q])
         if q == N:
             for j in range(np.uint64(ny + 1)):
@@ -133,6 +129,17 @@ def carry_along(gas, limiter, geometry, velocity, h, work, i):
         stream, momentum = lines[STREAMS + q], work.stream[q, i]
         for j in range(np.uint64(ny)):
             momentum[j] -= h / (geometry.scale[i] * geometry.dy[j]) * (stream[j + ONE] - stream[j])
+
+
+@part(exact=True)
+def pad_row(row, periodic, padded):
+    """A row (ny,) and what lies beyond its ends, into (ny + 2 GHOSTS,): it is flat beyond walls."""
+    ny = row.size
+    for j in range(np.uint64(ny)):
+        padded[j + TWO] = row[j]
+    for ghost in range(GHOSTS):
+        padded[1 - ghost] = row[ny - 1 - ghost] if periodic else row[0]
+        padded[ny + GHOSTS + ghost] = row[ghost] if periodic else row[ny - 1]
 
 
 @part(exact=True)

@@ -31,7 +31,7 @@ class Viscosity(Term):
 
 
 class ViscousStress:
-    """Viscous stress of a gas on a mesh; 208 bytes of work space per cell."""
+    """Viscous stress of a gas on a mesh; 216 bytes of work space per cell."""
 
     def __init__(self, gas: Closure, factor: float, boundary: Boundary, mesh: Mesh):
         self.gas, self.factor, self.sides, self.mesh = gas, factor, boundary.sides, mesh
@@ -50,7 +50,7 @@ class ViscousStress:
     def implicit(
         self, velocity: Faces, density: np.ndarray, pressure: np.ndarray, pushing: np.ndarray, h: float, drag: float,
         momentum: Faces, energy: np.ndarray,
-    ) -> None:  # fmt: skip
+    ) -> np.ndarray:  # fmt: skip
         """Viscosity over `h`, implicit in the velocities, into `momentum` and `energy`; see `Stress`. StepRejected."""
         self._gradients = self._gradients or implicit.Gradients.of(self.mesh)
         geometry, a, w, found = self.geometry, self._viscous, self._gradients, self._velocity
@@ -64,3 +64,4 @@ class ViscousStress:
         self.iterations += iterations
         if iterations == implicit.ITERATIONS:
             raise StepRejected(f"the viscous velocities do not converge in {iterations} iterations")
+        return a.heating

@@ -36,6 +36,7 @@ class Viscous(NamedTuple):
     shear_stress: np.ndarray  # (nx+1, ny+1)
     force: Faces  # per area
     power: np.ndarray  # (nx, ny), per area, into cells
+    heating: np.ndarray  # (nx, ny), the heat in it
 
     @classmethod
     def of(cls, mesh: Mesh) -> Viscous:
@@ -43,7 +44,7 @@ class Viscous(NamedTuple):
         cells, corners = (nx, ny), (nx + 1, ny + 1)
         return cls(
             np.zeros(cells), np.zeros(cells), np.zeros(corners), np.zeros((2, *cells)), np.zeros((2, *cells)),
-            np.zeros(corners), np.zeros(corners), Faces.of(mesh), np.zeros(cells),
+            np.zeros(corners), np.zeros(corners), Faces.of(mesh), np.zeros(cells), np.zeros(cells),
         )  # fmt: skip
 
 
@@ -184,4 +185,5 @@ def viscous_heating(velocity, a):
             stretched += normal[ALONG_Y, i, j] * stretching[ALONG_Y, i, j]
             near = shear[i, j] * rate[i, j] + shear[i, m] * rate[i, m]
             far = shear[k, j] * rate[k, j] + shear[k, m] * rate[k, m]
-            a.power[i, j] = 0.5 * (in_x + in_y) + (stretched + 0.25 * (near + far))
+            a.heating[i, j] = stretched + 0.25 * (near + far)
+            a.power[i, j] = 0.5 * (in_x + in_y) + a.heating[i, j]
