@@ -9,6 +9,7 @@ from pydantic import Field, Strict, ValidationInfo, create_model, field_validato
 
 from hydro.choices import CLOSURES, INITIAL_STATES, INTEGRATORS, LIMITERS, RIEMANN_SOLVERS, SCALES, TERMS, WALLS
 from hydro.deck.sections import Box, ExperimentDeck, Gas, Mesh
+from hydro.gas.elastic import ELASTIC_BELOW
 from hydro.schema import (
     Chosen,
     Flag,
@@ -199,6 +200,10 @@ class ViscousGas(Gas):
         default=0.0,
         description="shear and bulk viscosity over those that kinetic theory gives for the conductivity: 1 for grains; "
         "0 for none, as in the paper",
+    )
+    elastic_below: NonNegative = Field(
+        default=ELASTIC_BELOW,
+        description="temperature, over T_*, below which collisions lose nothing; 0 for none. It acts in packed cores",
     )
 
 

@@ -24,6 +24,7 @@ from numba import prange
 from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
 from hydro.gas.conduction import conducted_heat, face_conductance
+from hydro.gas.elastic import inelastic_share
 from hydro.jit import kernel, part
 from hydro.mesh import Geometry, Mesh
 from hydro.numerics.reduce import largest, store_largest, total
@@ -70,8 +71,8 @@ class HeatArrays(NamedTuple):
 class Heat:
     """Conduction, cooling and the heat of walls on a mesh."""
 
-    def __init__(self, gas: Closure, boundary: Boundary, mesh: Mesh, threads: int):
-        self.gas, self.boundary, self.geometry = gas, boundary, Geometry.of(mesh)
+    def __init__(self, gas: Closure, elastic_below: float, boundary: Boundary, mesh: Mesh, threads: int):
+        self.gas, self.elastic_below, self.boundary, self.geometry = gas, elastic_below, boundary, Geometry.of(mesh)
         self.arrays = HeatArrays.of(mesh, threads)
 
     def advance(self, state: np.ndarray, dt: float) -> tuple[float, float]:
@@ -82,7 +83,7 @@ class Heat:
         """
         boundary = self.boundary
         given, lost = advance(
-            self.gas, boundary.laws_of_heat, self.geometry, boundary.sides, self.arrays, state, dt
+            self.gas, self.elastic_below, boundary.laws_of_heat, self.geometry, boundary.sides, self.arrays, state, dt
         )  # fmt: skip
         if math.isnan(given):
             boundary.refuse_no_heat()
@@ -90,9 +91,9 @@ class Heat:
 
 
 @kernel
-def advance(gas, heaters, geometry, sides, arrays, state, dt):
+def advance(gas, elastic_below, heaters, geometry, sides, arrays, state, dt):
     """See `Heat.advance`. The loops here are compiled for the laws that are there, as a set; sweeps are not."""
-    begin(gas, state, arrays)
+    begin(gas, elastic_below, state, arrays)
     given, lost, remaining, stages = 0.0, 0.0, dt, 0
     for _ in range(MOST_SUPERSTEPS):
         power = give_heat(heaters, gas, state[N], arrays.work[START])
@@ -108,7 +109,7 @@ def advance(gas, heaters, geometry, sides, arrays, state, dt):
         given += superstep(gas, heaters, geometry, sides, arrays, state[N], power, step, count)
         if np.isnan(given):
             break
-        correct(geometry, arrays, state, step)
+        correct(geometry, elastic_below, arrays, state, step)
         lost += total(arrays.sums[LOSS])
         if step == remaining:
             return given, lost
@@ -147,14 +148,14 @@ def superstep(gas, heaters, geometry, sides, arrays, density, power, dt, count):
 
 
 @kernel(parallel=True)
-def begin(gas, state, arrays):
+def begin(gas, elastic_below, state, arrays):
     """Temperatures and coefficients of `state`."""
     for i in prange(state.shape[1]):
-        begin_row(gas, state[N, i], state[MX, i], state[MY, i], state[E, i], arrays.work, i)
+        begin_row(gas, elastic_below, state[N, i], state[MX, i], state[MY, i], state[E, i], arrays.work, i)
 
 
 @part
-def begin_row(gas, density, momentum_x, momentum_y, energy, work, i):
+def begin_row(gas, elastic_below, density, momentum_x, momentum_y, energy, work, i):
     """Row i of `begin`."""
     temperature, conduction, cooling, inverse = work[START, i], work[CONDUCTION, i], work[COOLING, i], work[INVERSE, i]
     for j in range(np.uint64(density.size)):
@@ -163,7 +164,7 @@ def begin_row(gas, density, momentum_x, momentum_y, energy, work, i):
         T = (energy[j] - 0.5 * (momentum_x[j] ** 2 + momentum_y[j] ** 2) * over) * over
         temperature[j] = T
         conduction[j] = gas.conductivity_coefficient(n)
-        cooling[j] = gas.cooling_coefficient(n) * over
+        cooling[j] = gas.cooling_coefficient(n) * over * inelastic_share(T, elastic_below)
         inverse[j] = over
 
 
@@ -368,19 +369,20 @@ def stage_row(work, last, i, s, mu, nu, rate, start_rate):
 
 
 @kernel(parallel=True)
-def correct(geometry, arrays, state, dt):
+def correct(geometry, elastic_below, arrays, state, dt):
     """Cool each cell to fourth order under its mean conducted heat; put the change into energy and START."""
     for i in prange(state.shape[1]):
-        correct_row(geometry, arrays.work, arrays.sums, state[N, i], state[E, i], i, dt)
+        correct_row(geometry, elastic_below, arrays.work, arrays.sums, state[N, i], state[E, i], i, dt)
 
 
 @part
-def correct_row(geometry, work, sums, density, energy, i, dt):
+def correct_row(geometry, elastic_below, work, sums, density, energy, i, dt):
     """Row i of `correct`.
 
     With d the conducted heat per grain and time, and i = c T^(3/2) the loss, dT/dt = d - i; the loss over dt
     is the Taylor series of i along this trajectory. It is no good where the temperature changes by as much as
-    itself, beside a wall that is suddenly hot: there RKL2's own loss stands.
+    itself, beside a wall that is suddenly hot: there RKL2's own loss stands. The share of inelastic collisions stays in a
+    super-step, and is found anew after it.
     """
     T, after, lost, cooling = work[START, i], work[LAST, i], work[LAST + LOST, i], work[COOLING, i]
     total = 0.0
@@ -394,8 +396,9 @@ def correct_row(geometry, work, sums, density, energy, i, dt):
         i3 = -1.5 * c * (0.25 * gain * gain * gain / (T[j] * root) + 1.5 * gain * i1 / root + root * i2)
         loss = dt * (i0 + dt * (0.5 * i1 + dt / 6.0 * (i2 + 0.25 * dt * i3)))
         loss = loss if abs(conducted) < 0.5 * T[j] else lost[j]
-        change = conducted - loss
+        change, share = conducted - loss, inelastic_share(T[j], elastic_below)
         T[j] += change
+        cooling[j] *= inelastic_share(T[j], elastic_below) / share
         energy[j] += density[j] * change
         total += density[j] * loss * geometry.dy[j]
     sums[LOSS, i] = total * (geometry.scale[i] * geometry.dx[i])

@@ -24,6 +24,7 @@ from hydro.dynamics.integrator import Integrator, flow_accounts, flow_limits
 from hydro.errors import StepRejected
 from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
+from hydro.gas.elastic import ELASTIC_BELOW
 from hydro.jit import kernel, part
 from hydro.mesh import GHOSTS, Geometry, Mesh
 from hydro.numerics.reduce import store_largest
@@ -38,8 +39,8 @@ CELLS_PER_THREAD = 4096  # fewer are not worth waking a thread for
 class Godunov(Integrator):
     """Unsplit MUSCL-Hancock finite volumes with RKL2 conduction, cooling and viscosity.
 
-    walls: the law of the driving wall at x = 1, or `Walls`. terms: beside flow and heat; see `hydro.terms`. State and
-    work space take 176 bytes per cell. ValueError for a mesh of a single cell between walls.
+    walls: the law of the driving wall at x = 1, or `Walls`. terms: beside flow and heat; see `hydro.terms`.
+    elastic_below: see `hydro.gas.elastic`. State and work space take 176 bytes per cell. ValueError for a mesh of a single cell between walls.
     """
 
     remembered: ClassVar = REMEMBERED
@@ -47,7 +48,12 @@ class Godunov(Integrator):
 
     @staticmethod
     def options(deck: Any) -> dict[str, Any]:
-        return {"cfl": deck.time.cfl, "limiter": deck.scheme.limiter, "riemann": deck.scheme.riemann}
+        return {
+            "cfl": deck.time.cfl,
+            "limiter": deck.scheme.limiter,
+            "riemann": deck.scheme.riemann,
+            "elastic_below": deck.gas.elastic_below,
+        }
 
     def __init__(
         self,
@@ -58,6 +64,7 @@ class Godunov(Integrator):
         cfl: float = 0.8,
         limiter: str = "van_leer",
         riemann: str = "hllc_lm",
+        elastic_below: float = ELASTIC_BELOW,
     ):
         if any(count < GHOSTS and not wraps for count, wraps in zip(mesh.cells, mesh.periodic, strict=True)):
             raise ValueError(f"{mesh.cells} cells: {GHOSTS} or more are needed between walls")
@@ -67,7 +74,7 @@ class Godunov(Integrator):
         self.boundary = Boundary(gas, walls, mesh)
         self._limiter, self._riemann = LIMITERS[limiter], RIEMANN_SOLVERS[riemann]
         self._geometry = Geometry.of(mesh)
-        self._heat = heat.Heat(gas, self.boundary, mesh, threads) if gas.conducts() else None
+        self._heat = heat.Heat(gas, elastic_below, self.boundary, mesh, threads) if gas.conducts() else None
         self.stresses = self.terms.stresses(gas, self.boundary, mesh)
         self._half, self._next = np.empty((4, *mesh.cells)), np.empty((4, *mesh.cells))
         self._scratch, self._rates = hancock.scratch_for(threads), np.empty(mesh.cells[0])

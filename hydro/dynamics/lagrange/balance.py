@@ -18,6 +18,7 @@ from hydro.dynamics.lagrange.workspace import (
 )
 from hydro.fields import E, N
 from hydro.gas.conduction import conducted_heat
+from hydro.gas.elastic import inelastic_share
 from hydro.jit import kernel, part
 from hydro.walls.boundary import FLOW, HEAT, HIGH, LOW
 
@@ -25,21 +26,21 @@ ONE = np.uint64(1)
 
 
 @kernel(exact=True)
-def find_closures(gas, pressure, temperature, work):
+def find_closures(gas, elastic_below, pressure, temperature, work):
     """Density, conductivity and cooling of all cells."""
     for i in range(pressure.shape[0]):
-        closure_row(gas, pressure[i], temperature[i], work.density[i], work.kappa[i], work.cooling[i])
+        closure_row(gas, elastic_below, pressure[i], temperature[i], work.density[i], work.kappa[i], work.cooling[i])
 
 
 @part(exact=True)
-def closure_row(gas, pressure, temperature, density, kappa, cooling):
+def closure_row(gas, elastic_below, pressure, temperature, density, kappa, cooling):
     """One row of cells."""
     for j in range(np.uint64(pressure.size)):
         n = gas.density(pressure[j], temperature[j])
         root = np.sqrt(temperature[j])
         density[j] = n
         kappa[j] = gas.conductivity_coefficient(n) * root
-        cooling[j] = gas.cooling_coefficient(n) * temperature[j] * root
+        cooling[j] = gas.cooling_coefficient(n) * temperature[j] * root * inelastic_share(temperature[j], elastic_below)
 
 
 @kernel(exact=True)

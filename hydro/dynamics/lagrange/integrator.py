@@ -23,6 +23,7 @@ from hydro.dynamics.lagrange.workspace import Work
 from hydro.errors import StepRejected
 from hydro.fields import MX, MY, E, N, P, U, V
 from hydro.gas import Closure
+from hydro.gas.elastic import ELASTIC_BELOW
 from hydro.mesh import Faces, Geometry, Mesh
 from hydro.state import State, worst_cell
 from hydro.terms import Term, Terms
@@ -46,7 +47,8 @@ class LagrangeRemap(Integrator):
 
     walls: the law of the driving wall at x = 1, or `Walls`. terms: beside flow and heat; see `hydro.terms`. cfl:
     largest share of a cell that a face may sweep in a step. tolerance: largest root mean square change, relative, of
-    density and pressure (and of the velocity, against sound) that the last two states do not foresee. State and work
+    density and pressure (and of the velocity, against sound) that the last two states do not foresee. elastic_below: see
+    `hydro.gas.elastic`. State and work
     space take 590 bytes per cell. ValueError for a mesh of a single cell in a direction.
     """
 
@@ -66,7 +68,12 @@ class LagrangeRemap(Integrator):
 
     @staticmethod
     def options(deck: Any) -> dict[str, Any]:
-        return {"cfl": deck.time.cfl, "limiter": deck.scheme.limiter, "tolerance": deck.time.tolerance}
+        return {
+            "cfl": deck.time.cfl,
+            "limiter": deck.scheme.limiter,
+            "tolerance": deck.time.tolerance,
+            "elastic_below": deck.gas.elastic_below,
+        }
 
     @staticmethod
     def expected_steps(deck: Any, by_sound: float) -> tuple[float, str]:
@@ -81,10 +88,12 @@ class LagrangeRemap(Integrator):
         cfl: float = 0.8,
         limiter: str = "van_leer",
         tolerance: float = TOLERANCE,
+        elastic_below: float = ELASTIC_BELOW,
     ):
         if min(mesh.cells) < 2:
             raise ValueError(f"{mesh.cells} cells: two or more are needed in both directions")
         self.gas, self.mesh, self.terms, self.cfl, self.tolerance = gas, mesh, Terms(terms), cfl, tolerance
+        self.elastic_below = elastic_below
         self.accounts, self.step_limits = flow_accounts(self.terms), flow_limits(self.terms)
         self.limiter, self.boundary = LIMITERS[limiter], Boundary(gas, walls, mesh)
         self._geometry, self._work = Geometry.of(mesh), Work.of(mesh)
@@ -207,7 +216,7 @@ class LagrangeRemap(Integrator):
     def _find_heat(self) -> float:
         """Closures and the heat of the walls for the unknowns; returns the power of the walls."""
         pressure, temperature = self._unknowns
-        find_closures(self.gas, pressure, temperature, self._work)
+        find_closures(self.gas, self.elastic_below, pressure, temperature, self._work)
         return self.boundary.give_heat(self._work.density, temperature)
 
     def _solve(self, h: float, drag: float) -> None:
@@ -221,7 +230,7 @@ class LagrangeRemap(Integrator):
             self._cold.balance(P, T, h, drag, work, finest.right)
             if iteration == 0:
                 self.boundary.give_slopes()
-                find_jacobian(self.gas, geometry, sides, T, h, drag, work, finest.equations)
+                find_jacobian(self.gas, self.elastic_below, geometry, sides, T, h, drag, work, finest.equations)
                 self._hierarchy.prepare()
             self._hierarchy.cycle()
             before, change = change, correct(finest.unknowns, P, T)

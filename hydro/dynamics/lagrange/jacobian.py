@@ -7,6 +7,7 @@ import numpy as np
 from hydro.dynamics import multigrid
 from hydro.dynamics.lagrange.workspace import ENERGY, MASS
 from hydro.gas.conduction import conducted_slope, face_conductance
+from hydro.gas.elastic import inelastic_share, inelastic_share_slope
 from hydro.jit import kernel, part
 from hydro.walls.boundary import HEAT_N, HEAT_T, HIGH, LOW
 
@@ -14,12 +15,12 @@ ZERO, ONE = np.uint64(0), np.uint64(1)
 
 
 @kernel(exact=True)
-def find_jacobian(gas, geometry, sides, T, h, drag, work, equations):
+def find_jacobian(gas, elastic_below, geometry, sides, T, h, drag, work, equations):
     """Local terms, couplings and stencils of the balances, after `balance` and the walls' slopes."""
     nx = T.shape[0]
     push = h * h / (1.0 + h * drag)
     for i in range(nx):
-        local_row(gas, geometry, T[i], h, work, equations.local[i], i)
+        local_row(gas, elastic_below, geometry, T[i], h, work, equations.local[i], i)
     couple_sides(gas, geometry, sides, T, h, work, equations.local)
     for i in range(nx):
         couple_across(geometry, T[i - 1], T[i], work, push, h, equations.faces_x[i], i)
@@ -30,7 +31,7 @@ def find_jacobian(gas, geometry, sides, T, h, drag, work, equations):
 
 
 @part(exact=True)
-def local_row(gas, geometry, T, h, work, local, i):
+def local_row(gas, elastic_below, geometry, T, h, work, local, i):
     """Local terms (4, ny) of row i, and the slopes of its conductivities in P and in T."""
     width, dy, density = geometry.scale[i] * geometry.dx[i], geometry.dy, work.density[i]
     l11, l12, l21, l22 = local[0], local[1], local[2], local[3]
@@ -39,6 +40,8 @@ def local_row(gas, geometry, T, h, work, local, i):
         area, n, here = width * dy[j], density[j], T[j]
         n_P, n_T = gas.density_slopes(n, here)
         i_n, i_T = gas.cooling_slopes(n, here)
+        share = inelastic_share(here, elastic_below)
+        i_n, i_T = share * i_n, share * i_T + gas.cooling(n, here) * inelastic_share_slope(here, elastic_below)
         k_n, k_T = gas.conductivity_slopes(n, here)
         l11[j], l12[j] = area * n_P, area * n_T
         l21[j] = area * (n_P * here + h * i_n * n_P)
