@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -48,12 +49,12 @@ class Case(NamedTuple):
 
 def cases() -> list[Case]:
     """The first is the box of Fig. 4."""
-    products = itertools.product
+    products, inf = itertools.product, math.inf
     return [
         Case(0.0235, 0.1, 200.0),
-        *(Case(*each) for each in products((0.03, 0.05, 0.1, 0.2, 0.3, 0.4), (0.1, 0.5, 0.9), (5.0, 200.0, float("inf")))),
-        *(Case(f, a, tau, 1.0) for f, a, tau in products((0.1, 0.3), (0.1, 0.9), (20.0, float("inf")))),
-        *(Case(f, a, tau, 0.0, THERMAL) for f, a, tau in products((0.1, 0.3), (0.1, 0.9), (20.0, float("inf")))),
+        *(Case(*each) for each in products((0.03, 0.05, 0.1, 0.2, 0.3, 0.4), (0.1, 0.5, 0.9), (5.0, 200.0, inf))),
+        *(Case(f, a, tau, 1.0) for f, a, tau in products((0.1, 0.3), (0.1, 0.9), (20.0, inf))),
+        *(Case(f, a, tau, 0.0, THERMAL) for f, a, tau in products((0.1, 0.3), (0.1, 0.9), (20.0, inf))),
         *(Case(f, 0.01, 200.0, start="noise") for f in (0.05, 0.1, 0.2, 0.3)),
     ]  # fmt: skip
 

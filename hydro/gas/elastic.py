@@ -6,7 +6,7 @@ Below a temperature T_e cooling dies out: it is multiplied by
 
 which is one, to the last bit, above 1e4 T_e. Without it a core that is pressed together cools to temperatures, and to
 gaps between grains of 1 - n/n_p ~ T/p, that numbers cannot tell from zero. Disks have it in another form: their
-`contact_time` t_c makes collisions elastic that follow within t_c. In packed gas at the pressure p, those are most of them
+`contact_time` t_c makes collisions elastic that follow within t_c. In packed gas at the pressure p most of them do
 below a temperature of about (p t_c)^2. Scaled units; numbers or arrays.
 """
 

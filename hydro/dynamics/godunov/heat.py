@@ -24,7 +24,7 @@ from numba import prange
 from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
 from hydro.gas.conduction import conducted_heat, face_conductance
-from hydro.gas.elastic import inelastic_share
+from hydro.gas.elastic import ELASTIC_BELOW, inelastic_share
 from hydro.jit import kernel, part
 from hydro.mesh import Geometry, Mesh
 from hydro.numerics.reduce import largest, store_largest, total
@@ -71,7 +71,9 @@ class HeatArrays(NamedTuple):
 class Heat:
     """Conduction, cooling and the heat of walls on a mesh."""
 
-    def __init__(self, gas: Closure, elastic_below: float, boundary: Boundary, mesh: Mesh, threads: int):
+    def __init__(
+        self, gas: Closure, boundary: Boundary, mesh: Mesh, threads: int, elastic_below: float = ELASTIC_BELOW
+    ):
         self.gas, self.elastic_below, self.boundary, self.geometry = gas, elastic_below, boundary, Geometry.of(mesh)
         self.arrays = HeatArrays.of(mesh, threads)
 
@@ -381,8 +383,8 @@ def correct_row(geometry, elastic_below, work, sums, density, energy, i, dt):
 
     With d the conducted heat per grain and time, and i = c T^(3/2) the loss, dT/dt = d - i; the loss over dt
     is the Taylor series of i along this trajectory. It is no good where the temperature changes by as much as
-    itself, beside a wall that is suddenly hot: there RKL2's own loss stands. The share of inelastic collisions stays in a
-    super-step, and is found anew after it.
+    itself, beside a wall that is suddenly hot: there RKL2's own loss stands. The share of inelastic collisions stays
+    in a super-step, and is found anew after it.
     """
     T, after, lost, cooling = work[START, i], work[LAST, i], work[LAST + LOST, i], work[COOLING, i]
     total = 0.0

@@ -40,7 +40,8 @@ class Godunov(Integrator):
     """Unsplit MUSCL-Hancock finite volumes with RKL2 conduction, cooling and viscosity.
 
     walls: the law of the driving wall at x = 1, or `Walls`. terms: beside flow and heat; see `hydro.terms`.
-    elastic_below: see `hydro.gas.elastic`. State and work space take 176 bytes per cell. ValueError for a mesh of a single cell between walls.
+    elastic_below: see `hydro.gas.elastic`. State and work space take 176 bytes per cell. ValueError for a mesh of a
+    single cell between walls.
     """
 
     remembered: ClassVar = REMEMBERED
@@ -74,7 +75,7 @@ class Godunov(Integrator):
         self.boundary = Boundary(gas, walls, mesh)
         self._limiter, self._riemann = LIMITERS[limiter], RIEMANN_SOLVERS[riemann]
         self._geometry = Geometry.of(mesh)
-        self._heat = heat.Heat(gas, elastic_below, self.boundary, mesh, threads) if gas.conducts() else None
+        self._heat = heat.Heat(gas, self.boundary, mesh, threads, elastic_below) if gas.conducts() else None
         self.stresses = self.terms.stresses(gas, self.boundary, mesh)
         self._half, self._next = np.empty((4, *mesh.cells)), np.empty((4, *mesh.cells))
         self._scratch, self._rates = hancock.scratch_for(threads), np.empty(mesh.cells[0])

@@ -20,7 +20,7 @@ import numpy as np
 from hydro.dynamics.lagrange.rows import copy_row
 from hydro.dynamics.lagrange.transport import pad_row, profile_line, profile_row, upstream_row
 from hydro.dynamics.lagrange.workspace import DENSITY_HIGH, DENSITY_LOW, PADDED, PROFILES, WEIGHT, Work
-from hydro.fields import MX, MY, E, N, P, U, V
+from hydro.fields import MX, MY, E, N, P
 from hydro.gas import Closure
 from hydro.gas.conduction import conducted_heat
 from hydro.jit import kernel, part
@@ -110,7 +110,8 @@ def look_ahead_cold(gas, periodic, now, last, ratio, ahead, a):
         for j in range(ny):
             T, speed = temperature_and_speed(now, i, j)
             n = now[N, i, j]
-            cold = T < 0.5 * SHARE * speed * speed and speed < SLOW * gas.sound_speed(n, T)
+            heat_is_little = 0.5 * SHARE * speed * speed > T
+            cold = heat_is_little and speed < SLOW * gas.sound_speed(n, T)
             a.cold[i, j] = cold
             foreseen = ahead[N, k, j]
             if cold and 0.0 < foreseen < packed:

@@ -52,7 +52,7 @@ def primitive_row(gas, share, density, momentum_x, momentum_y, energy):
         T = energy[j] * over - kinetic
         momentum_x[j], momentum_y[j], energy[j] = u, v, gas.pressure(n, T)
         outside += 0 if (n > 0.0) & (n < packed) & (T > 0.0) else 1
-        cold += 0 if T >= share * kinetic else 1
+        cold += 0 if share * kinetic <= T else 1
     return outside, cold
 
 

@@ -47,9 +47,9 @@ class LagrangeRemap(Integrator):
 
     walls: the law of the driving wall at x = 1, or `Walls`. terms: beside flow and heat; see `hydro.terms`. cfl:
     largest share of a cell that a face may sweep in a step. tolerance: largest root mean square change, relative, of
-    density and pressure (and of the velocity, against sound) that the last two states do not foresee. elastic_below: see
-    `hydro.gas.elastic`. State and work
-    space take 590 bytes per cell. ValueError for a mesh of a single cell in a direction.
+    density and pressure (and of the velocity, against sound) that the last two states do not foresee. elastic_below:
+    see `hydro.gas.elastic`. State and work space take 590 bytes per cell. ValueError for a mesh of a single cell in a
+    direction.
     """
 
     remembered: ClassVar = {
@@ -128,7 +128,8 @@ class LagrangeRemap(Integrator):
         h, drag = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio), self.terms.drag_rate
         work, (P, T) = self._work, self._unknowns
         carry(
-            self.gas, self.limiter, self._geometry, self._momentum, self._momentum_before, ratio, h, self._velocity, work,
+            self.gas, self.limiter, self._geometry, self._momentum, self._momentum_before, ratio, h, self._velocity,
+            work,
         )  # fmt: skip
         self._cold.carry(self.limiter, self._velocity, work)
         powers = self._add_terms(state.time + dt, h)
