@@ -3,6 +3,7 @@
     python benchmarks/packed.py                       # all decks, by `lagrange-remap`
     python benchmarks/packed.py --integrator godunov  # much longer
     python benchmarks/packed.py --only 3              # the first three
+    python benchmarks/packed.py --column              # what the equations do: a column at rest on finer and finer meshes
 
 L = 5e4, K = 2e-3, W = 114, aspect ratio 2, 24 x 48 cells, to t = 300. Prints a table for docs/numerics.md.
 """
@@ -16,15 +17,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hydro.deck import EvolutionDeck, load
-from hydro.driver.march import Run
+from hydro.driver.march import Run, march
 from hydro.errors import RunFailed
 from hydro.initial import initial_state
 from hydro.markdown import table
-from hydro.setup import integrator_of
+from hydro.setup import gas_of, integrator_of, wall_of
+from hydro.steady.extended import extended_state
 
 DECK = Path(__file__).parents[1] / "problems" / "fig4.toml"
 END = 300.0
 COMMON = ("gas.K=2e-3", "mesh.cells=[24,48]", f"time.end={END:g}", "initial.temperature=1.0", "output.times=[]")
+MESHES, TIMES = (48, 96, 192, 384), (5.0, 10.0, 15.0, 20.0, 40.0, 300.0)
 VIBRATING, THERMAL = "vibrating", "thermal"
 
 
@@ -73,11 +76,31 @@ def outcome(case: Case, integrator: str) -> tuple[Any, ...]:
     return run.steps, run.rejected, state.time, state.temperature.min(), 1 - state.density.max(), speed, end
 
 
+def column() -> str:
+    """The coldest cell of a column of f = 0.1, uniform at first, in time and on four meshes; and of the steady state."""
+    rows = []
+    for nx in MESHES:
+        deck: Any = load(DECK, [*COMMON, "gas.f=0.1", f"mesh.cells=[{nx},4]", "initial.kind=uniform"])
+        state = initial_state(deck)
+        integrator, coldest = integrator_of(deck, state), []
+        for time in TIMES:
+            march(state, integrator, time)
+            coldest.append(f"{state.temperature.min():.4g}")
+        rows.append((nx, *coldest))
+    steady = extended_state(gas_of(deck), 0.1).temperature_at(0.0, wall_of(deck))
+    printed = table(("cells", *(f"t = {time:g}" for time in TIMES)), rows)
+    return f"{printed}\n\nColdest in the steady state: {float(steady):.4g}"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--integrator", default="lagrange-remap")
     parser.add_argument("--only", type=int, help="number of decks")
+    parser.add_argument("--column", action="store_true", help="a column at rest")
     options = parser.parse_args()
+    if options.column:
+        print(column())
+        return
     heads = ("f", "amplitude", "tau", "viscosity", "wall", "start", "steps", "rejected", "t", "min T", "1 - max n")
     rows = []
     for case in cases()[: options.only]:

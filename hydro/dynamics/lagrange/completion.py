@@ -15,8 +15,8 @@ def complete(geometry, sides, P, T, h, drag, power, added, work, state, momentum
     """The new state (4, nx, ny), after `find_closures` and the walls, and the momenta of the faces, into `momentum`.
 
     power: the heat of the walls. added: energy that cold cells get beside. Returns the power that comes through the
-    sides, with gas or without, and those lost in collisions and by drag. The iteration leaves a little of the balances; a common factor on density, and one on
-    energy, makes up for it: mass and the books of energy are exact.
+    sides, with gas or without, and those lost in collisions and by drag. The iteration leaves a little of the balances;
+    a common factor on density, and one on energy, makes up for it: mass and the books of energy are exact.
     """
     slow, lines = 1.0 / (1.0 + h * drag), work.lines
     nx, ny = P.shape
