@@ -57,6 +57,7 @@ class History(Quiet):
             "dt": run.dt,
             **{f"steps_by_{name}": count for name, count in run.set_by.items()},
             **run.integrator.counts(),
+            **run.reading,
             "mass": state.mass,
             **values(seen.energies, state, self.wall),
             **run.ledger.balance(state.energy),

@@ -198,12 +198,12 @@ class Godunov(Integrator):
 
     def memory(self) -> dict[str, np.ndarray]:
         """Temperatures of the walls, first guesses of the next solve for them; how often cells fell back."""
-        return {**self.boundary.temperatures(), **{name: np.array(count) for name, count in self._counts.items()}}
+        return {**self.boundary.temperatures(), **{name: np.array([count]) for name, count in self._counts.items()}}
 
     def remember(self, memory: dict[str, np.ndarray]) -> None:
         """Take back what `memory` gave."""
         self.boundary.take_temperatures(memory)
-        self._counts = {name: int(memory.get(name, 0)) for name in COUNTS}
+        self._counts = {name: int(memory.get(name, [0])[0]) for name in COUNTS}
 
     def counts(self) -> dict[str, int]:
         return dict(self._counts)
