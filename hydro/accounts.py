@@ -13,7 +13,7 @@ class Account(NamedTuple):
 
     name: column of the history, key of the summary. sign: 1 where amounts are energy that the gas is given, -1 where
     they are energy that it loses; an amount may be negative, as that of a wall which takes heat. drives: whether the
-    residual of the books is relative to this account.
+    residual of the books is relative to this account. A sign of 0 is that of a count, which is no energy.
     """
 
     name: str

@@ -129,7 +129,22 @@ REFERENCES: Registry[Any] = Registry(
 )
 
 # What is measured of states, for the problem that a deck poses: the last of those that fit.
-OBSERVABLES: Registry[Any] = Registry("set of observables", {"clustering": "hydro.observables.clustering:CLUSTERING"})
+OBSERVABLES: Registry[Any] = Registry(
+    "set of observables",
+    {
+        "clustering": "hydro.observables.clustering:CLUSTERING",
+        "cooling": "hydro.observables.cooling:COOLING",
+    },
+)
+
+# Pictures of the states of a run that a set of observables has beside maps and profiles.
+STATE_PICTURES: Registry[Any] = Registry(
+    "picture",
+    {
+        "structure": "hydro.pictures.structure:structure_factors",
+        "vorticity": "hydro.pictures.vorticity:vorticity_panels",
+    },
+)
 
 # How densities are drawn, `movie.scale`, and grains, `output.colour`.
 SCALES: Registry[Any] = Registry("scale", {"linear": "matplotlib.colors:Normalize", "log": "matplotlib.colors:LogNorm"})

@@ -78,11 +78,15 @@ class State:
         return self.mesh.integral(self.conserved[E])
 
 
+ROUND_OFF = 1e-14  # of the energy of the flow: heat that is less is not known
+
+
 def inadmissible(state: State) -> np.ndarray:
-    """Where n is not between 0 and that of packing, or T not positive, shape (nx, ny)."""
+    """Where n is not between 0 and that of packing, or T not positive beyond round-off, shape (nx, ny)."""
     with np.errstate(all="ignore"):
-        n, T = state.density, state.temperature
-        return ~((n > 0.0) & (n < state.gas.packing_density()) & (T > 0.0) & np.isfinite(state.conserved).all(axis=0))
+        n, T, flow = state.density, state.temperature, state.kinetic_energy
+        cold = ~(n * T > ROUND_OFF * flow)
+        return cold | ~((n > 0.0) & (n < state.gas.packing_density()) & np.isfinite(state.conserved).all(axis=0))
 
 
 def worst_cell(state: State) -> str:

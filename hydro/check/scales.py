@@ -10,7 +10,9 @@ import numpy as np
 from hydro.check.regime import FLUID, Grains, Place, regime, stripe_of
 from hydro.choices import INTEGRATORS
 from hydro.deck import EvolutionDeck
+from hydro.exact.cooling_modes import critical_wave_numbers
 from hydro.initial import initial_state
+from hydro.observables.cooling import cools_freely
 from hydro.state import State
 
 VISCOUS_BYTES = 208  # more, where the gas has viscosity
@@ -77,6 +79,12 @@ def _time_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     if (loss := float(gas.cooling(mean, T))) > 0.0:
         found.append(Scale("cooling time", 2.0 * mean * T / loss, "t_c of T = T_0/(1 + t/t_c)^2 at the start"))
     found.append(Scale("friction time", deck.gas.tau, "tau"))
+    if cools_freely(deck):
+        critical = critical_wave_numbers(gas, mean, deck.gas.viscosity)
+        found += [
+            Scale("critical length, shear", 2.0 * math.pi / critical["shear"], "shear layers longer than that grow"),
+            Scale("critical length, clusters", over(2.0 * math.pi, critical["clusters"]), "longer clusters grow"),
+        ]
     driven = driven_temperature(deck, state)
     if driven > 0.0:
         found.append(Scale("wall temperature", driven, "of the driving wall, in the extended state"))
@@ -101,8 +109,23 @@ def _mesh_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
 
 def steps_by_sound(deck: EvolutionDeck, state: State) -> float:
     """How many steps sound asks for."""
-    hotter = max(1.0, driven_temperature(deck, state) / float(state.temperature.max()))
+    driven = driven_temperature(deck, state)
+    if driven == 0.0:
+        return time_of_sound(deck, state) / largest_step(deck, state)
+    hotter = max(1.0, driven / float(state.temperature.max()))
     return deck.time.end / largest_step(deck, state) * math.sqrt(hotter)
+
+
+def time_of_sound(deck: EvolutionDeck, state: State) -> float:
+    """How long sound of the speed at the start takes for what it does in the run, in a gas that cools by Haff's law."""
+    n, T, gas = mean_density(state), float(state.temperature.mean()), state.gas
+    rate = float(gas.cooling(n, T)) / (2.0 * n * T)  # one over the cooling time
+    return math.log1p(rate * deck.time.end) / rate if rate > 0.0 else deck.time.end
+
+
+def over(length: float, number: float) -> float:
+    """A length over a number; infinite for zero."""
+    return length / number if number > 0.0 else math.inf
 
 
 def warnings(deck: EvolutionDeck, state: State) -> list[str]:

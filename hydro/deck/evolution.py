@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, TypeVar, cast
 
 from pydantic import Field, Strict, ValidationInfo, create_model, field_validator
 
 from hydro.choices import CLOSURES, INITIAL_STATES, INTEGRATORS, LIMITERS, RIEMANN_SOLVERS, SCALES, TERMS, WALLS
-from hydro.deck.sections import Box, ExperimentDeck, Gas, Mesh
+from hydro.deck.sections import Box, ExperimentDeck, Gas, Mesh, Range
 from hydro.gas.elastic import ELASTIC_BELOW
 from hydro.schema import (
     Chosen,
     Flag,
     Increasing,
+    ListOr,
     Named,
     NonNegative,
     Number,
@@ -75,11 +77,20 @@ class Scheme(Section):
     )
 
 
+class Times(Range):
+    """Times from start to stop."""
+
+    start: NonNegative = Field(description="the first")
+    stop: NonNegative = Field(description="the last")
+
+
 class Output(Section):
     """What a run keeps, and when."""
 
-    times: Annotated[tuple[NonNegative, ...], Increasing] = Field(
-        default=(), description="times of the checkpoints, increasing, up to time.end; empty means time.end alone"
+    times: Annotated[tuple[NonNegative, ...] | Times, ListOr(Times)] = Field(
+        default=(),
+        description="times of the checkpoints, increasing, up to time.end, as a list or as "
+        "{ start, stop, count, spacing }; empty means time.end alone",
     )
     checkpoint_every: Positive | None = Field(
         default=None, description="extra checkpoints every so much scaled time; none when not given"
@@ -129,6 +140,11 @@ class Movie(Section):
     gif: Flag = Field(default=True, description="whether to write a small movie.gif beside movie.mp4")
 
 
+def listed(times: tuple[float, ...] | Range) -> tuple[float, ...]:
+    """Times that are listed, or all of a range."""
+    return times.values if isinstance(times, Range) else times
+
+
 class RunDeck(ExperimentDeck):
     """What all decks have in common that run in time from an initial state."""
 
@@ -172,14 +188,17 @@ class RunDeck(ExperimentDeck):
             every = getattr(output, key)
             if every and every < least:
                 raise broken_rule(f"must be {least:g} or more, a millionth of time.end", f"output.{key}", every)
-        if time is not None and output.times and output.times[-1] > time.end:
+        times = listed(output.times)
+        if not all(before < after for before, after in pairwise(times)):
+            raise broken_rule("must increase from item to item", "output.times", output.times)
+        if time is not None and times and times[-1] > time.end:
             raise broken_rule(f"must not go beyond time.end = {time.end:g}", "output.times", output.times)
         return output
 
     @property
     def output_times(self) -> tuple[float, ...]:
         """Times of the checkpoints that were asked for; the end alone when none were."""
-        return self.output.times or (self.time.end,)
+        return listed(self.output.times) or (self.time.end,)
 
     @property
     def history_interval(self) -> float:
@@ -191,6 +210,16 @@ class RunDeck(ExperimentDeck):
     def movie_interval(self) -> float:
         """Scaled time between frames of the movie."""
         return self.output.movie_every or self.time.end / 300
+
+
+class EvolutionOutput(Output):
+    """What a run keeps, and when."""
+
+    collisions: Annotated[tuple[Positive, ...], Increasing] = Field(
+        default=(),
+        description="numbers of collisions per grain, increasing: further checkpoints at the first steps by which a "
+        "gas that cools freely has reached them",
+    )
 
 
 class ViscousGas(Gas):
@@ -231,3 +260,15 @@ class EvolutionDeck(RunDeck):
     gas: Annotated[ViscousGas, Chosen(CLOSURES, key="closure", shared=ViscousGas)]
     time: Time
     scheme: Scheme = Scheme()
+    output: EvolutionOutput = EvolutionOutput()
+
+    @field_validator("output")
+    @classmethod
+    def _check_clock(cls, output: EvolutionOutput, info: ValidationInfo) -> EvolutionOutput:
+        box, gas = info.data.get("box"), info.data.get("gas")
+        if output.collisions and box is not None and gas is not None:
+            cools = {"x", "y"} == set(box.periodic) and gas.L > 0.0 and gas.K > 0.0
+            if not cools:
+                problem = 'collisions are counted where box.periodic has "x" and "y", and gas.L and gas.K are not 0'
+                raise broken_rule(problem, "output.collisions", output.collisions)
+        return output

@@ -56,6 +56,8 @@ class History(Quiet):
             "steps": run.steps,
             "dt": run.dt,
             **{f"steps_by_{name}": count for name, count in run.set_by.items()},
+            **run.integrator.counts(),
+            **run.reading,
             "mass": state.mass,
             **values(seen.energies, state, self.wall),
             **run.ledger.balance(state.energy),

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hydro.choices import STATE_PICTURES
 from hydro.deck import dumps
 from hydro.driver.march import Run
 from hydro.errors import HydroError, RunFailed
@@ -54,7 +55,7 @@ class Keeper:
 
     def snapshot(self, run: Run) -> None:
         """Note the observables, draw the density, and save a checkpoint to keep."""
-        self.note(run, self.observables.snapshot(run.state, self.wall))
+        self.note(run, {**self.observables.snapshot(run.state, self.wall), **run.reading})
 
     def note(self, run: Run, observed: dict[str, Any]) -> None:
         """Note what was observed of a run, draw the density, and save a checkpoint to keep."""
@@ -83,7 +84,7 @@ class Keeper:
         names = [*self._replaceable, path.name] if replaceable else self._replaceable
         kept = names[-(self.deck.output.keep or KEPT) :]
         saved = run.checkpoint(dumps(self.deck))
-        words = saved.words | {"snapshots": self.observables.words}
+        words = saved.words | {"snapshots": self.observables.words | run.ledger.words}
         write_checkpoint(path, replace(saved, snapshots=self.snapshots, replaceable=names, words=words))
         for name in names[: -len(kept)]:
             (self.folder.checkpoints / name).unlink(missing_ok=True)
@@ -130,6 +131,8 @@ class Keeper:
             "steps": run.steps,
             "rejected_steps": run.rejected,
             "steps_by": run.set_by,
+            **run.integrator.counts(),
+            **run.reading,
             "wall_seconds": seconds,
             "cell_updates_per_second": run.steps * state.density.size / seconds,
             "peak_memory_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
@@ -149,6 +152,8 @@ class Keeper:
         if states:
             self._draw_density(states, "density")
             self._draw_profiles(states)
+            for name in self.observables.drawn:
+                STATE_PICTURES[name](self.folder.pictures / f"{name}.png", states)
 
     def seen(self, run: Run) -> State:
         """What pictures and frames show of a run."""

@@ -75,11 +75,12 @@ class Ledger:
 
         Where that gives nothing, relative to the initial energy.
         """
-        entries = self.amounts
+        amounts = self.amounts
+        entries = {account.name: amounts[account.name] for account in self.accounts if account.sign}
         change, gained, driven = energy - self.initial_energy, 0.0, 0.0
         for account in sorted(self.accounts, key=lambda account: -account.sign):  # what comes in, then what goes out
-            gained += account.sign * entries[account.name]
-            driven += entries[account.name] if account.drives else 0.0
+            gained += account.sign * amounts[account.name]
+            driven += amounts[account.name] if account.drives else 0.0
         scale = driven if driven > 0.0 else self.initial_energy
         return {**entries, "change": change, "residual": (gained - change) / scale}
 

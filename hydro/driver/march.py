@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from hydro.accounts import Account
+from hydro.driver.clock import Clock
 from hydro.driver.ledger import Ledger
 from hydro.dynamics.integrator import Integrator
 from hydro.errors import RunFailed, StepRejected
@@ -31,6 +33,7 @@ class Run:
     rejected: int = 0
     dt: float = 0.0
     dt_limit: float = math.inf  # after a rejection; doubles with each accepted step
+    clock: Clock | None = None
     set_by: dict[str, int] = field(init=False)  # numbers of steps by what set them
     ledger: Ledger = field(init=False)
     started: float = field(default_factory=time.perf_counter)
@@ -38,7 +41,24 @@ class Run:
 
     def __post_init__(self) -> None:
         self.set_by = dict.fromkeys((*self.integrator.step_limits, *SET_BY), 0)
-        self.ledger = Ledger(self.integrator.accounts, self.state.energy, self.state.mass)
+        self.ledger = Ledger(self.accounts, self.state.energy, self.state.mass)
+        self._rate = self.clock.rate(self.state) if self.clock else 0.0
+
+    @property
+    def accounts(self) -> tuple[Account, ...]:
+        """Those of the integrator, and that of the clock."""
+        return (*self.integrator.accounts, *((self.clock.account,) if self.clock else ()))
+
+    @property
+    def reading(self) -> dict[str, float]:
+        """What the clock shows, by the name of its account; nothing without one."""
+        return {self.clock.account.name: self.ledger.amounts[self.clock.account.name]} if self.clock else {}
+
+    def tick(self, dt: float) -> None:
+        """Let the clock go on by a step that has been made."""
+        if self.clock:
+            before, self._rate = self._rate, self.clock.rate(self.state)
+            self.ledger.book({self.clock.account.name: 0.5 * dt * (before + self._rate)})
 
     @property
     def wall_seconds(self) -> float:
@@ -64,7 +84,7 @@ class Run:
         self.steps, self.rejected, self.dt, self.dt_limit = saved.steps, saved.rejected, saved.dt, saved.dt_limit
         self.set_by.update(saved.set_by)
         self.seconds_before = saved.wall_seconds
-        self.ledger = Ledger.of(self.integrator.accounts, saved.ledger)
+        self.ledger = Ledger.of(self.accounts, saved.ledger)
         self.integrator.remember(saved.memory)
 
     def march(self, trackers: Sequence[Tracker]) -> None:
@@ -120,6 +140,7 @@ def advance(run: Run, stop: float) -> None:
             continue
         run.state.time = stop if lands else run.state.time
         run.ledger.book(amounts)
+        run.tick(dt)
         run.set_by[set_by] += 1
         run.steps, run.dt, run.dt_limit = run.steps + 1, dt, 2.0 * run.dt_limit
         return

@@ -15,7 +15,7 @@ from hydro.driver.history import History
 from hydro.driver.keeper import Keeper
 from hydro.driver.march import Run, Tracker
 from hydro.driver.restart import newest_checkpoint, refuse_changes
-from hydro.driver.trackers import AtTimes, Every, SaveOnSignal, ShowProgress, StopOnSignal, WallLimit
+from hydro.driver.trackers import AtReadings, AtTimes, Every, SaveOnSignal, ShowProgress, StopOnSignal, WallLimit
 from hydro.errors import CheckpointError, Complaint, DeckError, HydroError, RunFailed
 from hydro.initial import initial_state
 from hydro.initial.checkpoint import FromCheckpoint
@@ -75,6 +75,7 @@ def follow(engine: Engine, deck: RunDeck, folder: RunFolder, saved: Checkpoint |
         keeper = engine.keeper(deck, folder, seen, wall, run.state.mesh, saved)
         trackers: list[Tracker] = [
             AtTimes(keeper.snapshot, deck.output_times, done=keeper.last_snapshot),
+            AtReadings(keeper.snapshot, getattr(deck.output, "collisions", ())),
             AtTimes(keeper.cadence, every=deck.output.checkpoint_every),
             engine.history(folder.history, seen, wall, deck.history_interval, began),
             Every(keeper.safety, deck.output.checkpoint_seconds),

@@ -57,6 +57,20 @@ class AtTimes:
         self._last = now
 
 
+class AtReadings(Quiet):
+    """Calls `act(run)` after the first step by which the clock of a run has reached each of the given readings."""
+
+    def __init__(self, act: Callable[[Run], None], readings: tuple[float, ...]):
+        self.act, self.readings = act, readings
+        self._last = math.inf
+
+    def look(self, run: Run) -> None:
+        (now,) = run.reading.values() or (0.0,)
+        if any(self._last < reading <= now for reading in self.readings):
+            self.act(run)
+        self._last = now
+
+
 def multiple_after(time: float, every: float | None) -> float:
     """The first multiple of `every`, zero included, after `time`; infinite if `every` is None."""
     if every is None:

@@ -67,6 +67,10 @@ class Integrator(Protocol):
         """What `steps` steps have come to, and the unit: what the speed of a run is told in."""
         return steps, "steps"
 
+    def counts(self) -> dict[str, int]:
+        """How often something out of the ordinary was done so far, by name, for history and summary."""
+        return {}
+
     def memory(self) -> dict[str, np.ndarray]:
         """What has to be remembered, beside the state, to go on with the same bits; named as in `remembered`."""
 

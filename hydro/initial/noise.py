@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, Strict
 
 from hydro.initial.state import Pattern, Patterned
 from hydro.mesh import Mesh
-from hydro.schema import Number
+from hydro.schema import NonNegative, Number
+from hydro.state import State
 
 
 class NoisePattern(Pattern):
@@ -29,4 +30,20 @@ class NoisePattern(Pattern):
 
 
 class Noise(NoisePattern, Patterned):
-    """At rest, n = f (1 + noise), uniform in +-amplitude, independent from cell to cell, its mean removed."""
+    """n = f (1 + noise), uniform in +-amplitude, independent from cell to cell, its mean removed; velocity likewise."""
+
+    velocity: NonNegative = Field(
+        default=0.0,
+        description="root mean square of each component of the velocity, in T_*^(1/2): normally distributed, "
+        "independent from cell to cell, without momentum of the whole gas; 0 for gas at rest",
+    )
+
+    def state(self, deck: Any, gas: Any, mesh: Mesh) -> State:
+        density = deck.gas.f * (1.0 + self.values(mesh))
+        return State.of(gas, mesh, density, self.temperature, self._velocities(density, mesh))
+
+    def _velocities(self, density: np.ndarray, mesh: Mesh) -> np.ndarray:
+        """Of every cell, (2, nx, ny). The random numbers are others than those of the density."""
+        drawn = self.velocity * np.random.default_rng([self.seed, 1]).standard_normal((2, *mesh.cells))
+        mass = density * mesh.areas
+        return drawn - (mass * drawn).sum(axis=(1, 2), keepdims=True) / mass.sum()

@@ -9,6 +9,7 @@ from typing import Any
 
 from hydro.check.scales import report
 from hydro.deck import EvolutionDeck
+from hydro.driver.clock import collision_clock
 from hydro.driver.history import History
 from hydro.driver.keeper import Keeper
 from hydro.driver.march import Run
@@ -46,7 +47,7 @@ def begin(deck: EvolutionDeck, saved: Checkpoint | None) -> tuple[Run, float]:
     state = state_of(deck, saved)
     integrator = integrator_of(deck, state)
     compile_seconds = warm_up(integrator, state)
-    run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf)
+    run = Run(state, integrator, deck.time.end, deck.time.dt_max or math.inf, clock=collision_clock(deck))
     if saved is not None:
         restore(run, saved)
     return run, compile_seconds

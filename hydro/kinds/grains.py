@@ -77,6 +77,12 @@ def grains_of(run: Run) -> Dynamics:
     return cast(GrainsIntegrator, run.integrator).grains
 
 
+def collisions_per_grain(run: Run) -> float:
+    """How many a grain has had so far, on average: two grains have each."""
+    grains = grains_of(run)
+    return 2.0 * grains.count(books.COLLISIONS) / grains.number
+
+
 def looks(run: Run) -> Sequence[Sample]:
     """The latest looks at the fields; before the first step, the state itself."""
     samples = cast(GrainsIntegrator, run.integrator).samples
@@ -163,6 +169,7 @@ class GrainsHistory(History):
         energies = [each for each in seen.energies if each.name not in row]
         further = {each.name: each.averaged(mean, None) for each in seen.history}
         books = {"mass": run.state.mass, **{each.name: each.averaged(mean, None) for each in energies}}
+        further |= {"collisions_per_grain": collisions_per_grain(run)}
         return {**row, **further, **books, **run.ledger.balance(run.state.energy)}
 
 
@@ -203,6 +210,7 @@ class GrainsKeeper(Keeper):
             "time": run.state.time,
             "steps": run.steps,
             "collisions": collisions,
+            "collisions_per_grain": collisions_per_grain(run),
             "collisions_per_second": collisions / seconds,
             "wall_hits": grains.count(books.WALL_HITS),
             "soft_collisions": grains.count(books.SOFT),

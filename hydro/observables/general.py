@@ -78,9 +78,11 @@ def extended(
     panels: tuple[Panel, ...] = (),
     overlaid: tuple[Panel, ...] = (),
     span: Span = SPAN,
+    drawn: tuple[str, ...] = (),
 ) -> Observables:
     """A set with the observables of every state beside its own; arguments as in `Observables`."""
     return Observables(
         name, fits, (TIME, *summary, *MEANS), history, (KINETIC, THERMAL), (*estimated, THERMAL), averages,
         (*closing, ("max_mach", "Mach", ".1e")), compared, drifting, (*panels, *PANELS), overlaid, span,
+        drawn,
     )  # fmt: skip

@@ -84,6 +84,7 @@ class Observables:
     averages over grains, those told with a standard error; averages: further ones of averages alone. closing: names,
     words and formats in closing lines. compared: what `compare` and reports tell. drifting: whose change tells how far
     a run is from rest. panels: pictures of the history. overlaid: panels for several runs. span: of maps and movies.
+    drawn: further pictures of states, by their names in `hydro.choices.STATE_PICTURES`.
     """
 
     name: str
@@ -99,6 +100,7 @@ class Observables:
     panels: tuple[Panel, ...]
     overlaid: tuple[Panel, ...]
     span: Span
+    drawn: tuple[str, ...] = ()
 
     @property
     def quantities(self) -> dict[str, Quantity]:

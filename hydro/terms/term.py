@@ -19,8 +19,11 @@ if TYPE_CHECKING:  # these wait for the compiler; a deck that names a term does 
 class Stress(Protocol):
     """Stresses in a gas on a mesh, and the heat of them, as both kinds of integrator let them act."""
 
-    def advance(self, state: np.ndarray, dt: float) -> None:
-        """Let them act on the conserved `state` (4, nx, ny) for `dt`, at frozen density."""
+    def advance(self, state: np.ndarray, dt: float, spared: np.ndarray) -> None:
+        """Let them act on the conserved `state` (4, nx, ny) for `dt`, at frozen density, but for cells `spared`.
+
+        spared: their indices, (m, 2). Momentum and energy of all cells together are kept all the same.
+        """
 
     def implicit(
         self, velocity: Faces, density: np.ndarray, pressure: np.ndarray, pushing: np.ndarray, h: float, drag: float,

@@ -10,6 +10,7 @@
     implicit            the implicit integrator
     steady              localized states, growth rates, branches
     viscosity           shear and bulk viscosity in both integrators
+    free_cooling        shear layers and clusters of a gas that cools freely
     conservation        mass, energy, symmetries, rest
 
 `python -m hydro verify [--full]` prints the book; its exit code is 5 if a claim fails.
@@ -27,6 +28,7 @@ from hydro.verification import (  # noqa: F401, I001  imported in the order of t
     implicit,
     steady,
     viscosity,
+    free_cooling,
 )
 from hydro.verification.claims import MEASUREMENTS, Claim, Findings, Measurement, Table, topics
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
+from hydro.dynamics.riemann import POSITIVE
 from hydro.jit import inline, kernel, part
 from hydro.mesh import GHOSTS
 from hydro.mesh.geometry import OPEN
@@ -40,10 +41,11 @@ GROUP = np.uint64(4 * ROW)
 
 
 @kernel(parallel=True)
-def advance(gas, limiter, riemann, dt, geometry, sides, old, new, scratch):
+def advance(gas, limiter, riemann, dt, geometry, sides, fallen, old, new, scratch):
     """Advance `old` by `dt` into `new`, without sources.
 
-    old, new: (4, nx, ny) density, two momenta, energy. sides: with ghost rows filled. scratch: (threads, SCRATCH).
+    old, new: (4, nx, ny) density, two momenta, energy. sides: with ghost rows filled. fallen: see `hydro.dynamics.
+    godunov.fallback`. scratch: (threads, SCRATCH).
     """
     nx, ny = old.shape[1:]
     tiles_y = (ny + TILE - 1) // TILE
@@ -51,13 +53,13 @@ def advance(gas, limiter, riemann, dt, geometry, sides, old, new, scratch):
     for band in prange(bands):
         for tile in range(tiles_y):
             sweep(
-                gas, limiter, riemann, dt, geometry, sides, old, new, scratch[band],
+                gas, limiter, riemann, dt, geometry, sides, fallen, old, new, scratch[band],
                 band * nx // bands, (band + 1) * nx // bands, tile * TILE, min(ny, (tile + 1) * TILE),
             )  # fmt: skip
 
 
 @part
-def sweep(gas, limiter, riemann, dt, geometry, sides, old, new, s, i0, i1, j0, j1):
+def sweep(gas, limiter, riemann, dt, geometry, sides, fallen, old, new, s, i0, i1, j0, j1):
     """Advance the cells [i0, i1) x [j0, j1), at most TILE of them in y; `s` is one thread's scratch."""
     ny = old.shape[2]
     count = np.uint64(j1 - j0)
@@ -73,12 +75,16 @@ def sweep(gas, limiter, riemann, dt, geometry, sides, old, new, s, i0, i1, j0, j
         face_states(gas, limiter, dt, geometry.spacing_x[:, i + GHOSTS], geometry.spacing_y, s, j0, j1)
         if i >= i0:
             fluxes_x(gas, riemann, s, count)
+            if fallen.rows[i] or fallen.rows[i + 1]:
+                fall_back_x(gas, fallen, s, i, j0, count)
             if geometry.pattern_x[i] != OPEN:
                 narrow_x(geometry.aperture_x[geometry.pattern_x[i]], s, j0, count)
         if i > i0:
             update_row(geometry, dt, old, new, s, i - 1, j0, j1)
         if i < i1:
             fluxes_y(gas, riemann, s, count)
+            if fallen.rows[i + 1]:
+                fall_back_y(gas, fallen.cells[i + 1], s, j0, count)
             aperture = geometry.aperture_y[geometry.pattern_y[i]]
             if j0 == 0:
                 narrow_face(aperture[0], s, FLUX_Y + TWO, U)
@@ -137,7 +143,8 @@ def load_row(gas, sides, old, s, i, j0, j1, row):
 
 @part
 def face_states(gas, limiter, dt, spacing_x, spacing_y, s, j0, j1):
-    """States of row `HERE` at its four faces, half a step ahead."""
+    """States of row `HERE` at its four faces, half a step ahead; not numbers where one of them is inadmissible."""
+    packed = gas.packing_density()
     half_x = 0.5 * dt / spacing_x[0]
     behind_x, ahead_x = spacing_x[1], spacing_x[2]
     j2 = j1 + 2 * GHOSTS
@@ -163,6 +170,9 @@ def face_states(gas, limiter, dt, spacing_x, spacing_y, s, j0, j1):
         u_half = u - half_x * (u * u_x + lightness * p_x) - half_y * v * u_y
         v_half = v - half_x * u * v_x - half_y * (v * v_y + lightness * p_y)
         p_half = p - half_x * (u * p_x + stiffness * u_x) - half_y * (v * p_y + stiffness * v_y)
+        reach_n, reach_p = 0.5 * max(abs(n_x), abs(n_y)), 0.5 * max(abs(p_x), abs(p_y))
+        allowed = (n_half > reach_n) & (n_half + reach_n < packed) & (p_half > reach_p)
+        n_half = n_half if allowed else np.nan
 
         s[X_LOW + N + k] = n_half - 0.5 * n_x
         s[X_HIGH + N + k] = n_half + 0.5 * n_x
@@ -210,6 +220,40 @@ def fluxes_y(gas, riemann, s, count):
         s[FLUX_Y + U + k] = transverse
         s[FLUX_Y + V + k] = normal
         s[FLUX_Y + P + k] = energy
+
+
+@part
+def fall_back_x(gas, fallen, s, i, j0, count):
+    """First-order fluxes through the faces between row i-1 and row i where a cell beside them has fallen back."""
+    for k in range(TWO, count + TWO):
+        j = j0 + k - ONE
+        if fallen.cells[i, j] or fallen.cells[i + 1, j]:
+            mass, normal, transverse, energy = POSITIVE.flux(
+                gas,
+                s[BEHIND + N + k], s[BEHIND + U + k], s[BEHIND + V + k], s[BEHIND + P + k],
+                s[HERE + N + k], s[HERE + U + k], s[HERE + V + k], s[HERE + P + k],
+            )  # fmt: skip
+            s[FLUX_X + N + k] = mass
+            s[FLUX_X + U + k] = normal
+            s[FLUX_X + V + k] = transverse
+            s[FLUX_X + P + k] = energy
+
+
+@part
+def fall_back_y(gas, fallen_row, s, j0, count):
+    """First-order fluxes through the y faces of a row where a cell beside them has fallen back."""
+    for k in range(TWO, count + TWO + ONE):
+        j = j0 + k - TWO
+        if fallen_row[j] or fallen_row[j + 1]:
+            mass, normal, transverse, energy = POSITIVE.flux(
+                gas,
+                s[HERE + N + k - ONE], s[HERE + V + k - ONE], s[HERE + U + k - ONE], s[HERE + P + k - ONE],
+                s[HERE + N + k], s[HERE + V + k], s[HERE + U + k], s[HERE + P + k],
+            )  # fmt: skip
+            s[FLUX_Y + N + k] = mass
+            s[FLUX_Y + U + k] = transverse
+            s[FLUX_Y + V + k] = normal
+            s[FLUX_Y + P + k] = energy
 
 
 @part

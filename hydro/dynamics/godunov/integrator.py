@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, ClassVar
 
 import numba
@@ -19,6 +19,7 @@ from numba import prange
 from hydro.accounts import COLLISIONS, WALL, Amounts
 from hydro.choices import LIMITERS, RIEMANN_SOLVERS
 from hydro.dynamics.godunov import hancock, heat
+from hydro.dynamics.godunov.fallback import Fallen, careful
 from hydro.dynamics.godunov.ghosts import fill_ghosts
 from hydro.dynamics.integrator import Integrator, flow_accounts, flow_limits
 from hydro.errors import StepRejected
@@ -28,11 +29,17 @@ from hydro.gas.elastic import ELASTIC_BELOW
 from hydro.jit import kernel, part
 from hydro.mesh import GHOSTS, Geometry, Mesh
 from hydro.numerics.reduce import store_largest
-from hydro.state import State, worst_cell
+from hydro.state import ROUND_OFF, State, worst_cell
 from hydro.terms import Term, Terms
 from hydro.terms.together import Given
 from hydro.walls.boundary import REMEMBERED, Boundary
 
+FIRST_ORDER, UNSTRESSED = "first_order_cells", "unstressed_cells"
+COUNTS = {
+    FIRST_ORDER: ("updates of a cell by first-order fluxes, to keep it admissible", "1"),
+    UNSTRESSED: ("updates of a cell without stress, to keep it admissible", "1"),
+}
+NO_CELLS = np.empty((0, 2), int)
 CELLS_PER_THREAD = 4096  # fewer are not worth waking a thread for
 
 
@@ -44,7 +51,7 @@ class Godunov(Integrator):
     single cell between walls.
     """
 
-    remembered: ClassVar = REMEMBERED
+    remembered: ClassVar = {**REMEMBERED, **COUNTS}
     seconds_per_cell_step, bytes_per_cell = 8e-8, 176
 
     @staticmethod
@@ -78,6 +85,7 @@ class Godunov(Integrator):
         self._heat = heat.Heat(gas, self.boundary, mesh, threads, elastic_below) if gas.conducts() else None
         self.stresses = self.terms.stresses(gas, self.boundary, mesh)
         self._half, self._next = np.empty((4, *mesh.cells)), np.empty((4, *mesh.cells))
+        self._fallen, self._counts = Fallen.none(mesh), dict.fromkeys(COUNTS, 0)
         self._scratch, self._rates = hancock.scratch_for(threads), np.empty(mesh.cells[0])
 
     def limits(self, state: State) -> dict[str, float]:
@@ -87,33 +95,45 @@ class Godunov(Integrator):
         return {"sound": self.cfl / float(self._rates.max()), **self.terms.limits(state)}
 
     def step(self, state: State, dt: float) -> dict[str, float]:
-        """Advance `state` in place by `dt`; StepRejected, if n or T would leave its bounds, leaves it untouched."""
-        guesses, booked = self.memory(), Amounts.of(self.accounts)
+        """Advance `state` in place by `dt`; StepRejected, if n or T would leave its bounds, leaves it untouched.
+
+        Where they would do so by the second-order update, that falls back to first order.
+        """
+        before = self.memory()
+        try:
+            try:
+                booked = self._advance(state, dt, self._flow, self._apply_stresses)
+            except StepRejected:
+                self.remember(before)
+                booked = self._advance(state, dt, self._careful_flow, self._careful_stresses)
+        except StepRejected:
+            self.remember(before)
+            raise
+        state.conserved[:] = self._next
+        state.time += dt
+        return booked
+
+    def _advance(self, state: State, dt: float, flow: Callable[..., None], stresses: Callable[..., None]) -> Amounts:
+        """The state `dt` after `state` into `self._next`, by these updates; what is to be booked."""
+        booked = Amounts.of(self.accounts)
         rates = self.terms.rates(state.time + 0.5 * dt, self.mesh)
         for account, field in rates:
             booked.add_to(account, dt * self.mesh.integral(field[E]))
         before, after = self._half, self._next
         before[:] = state.conserved
-        try:
-            with thread_count(self.threads):
-                self._apply_sources(rates, before, dt)
-                self._apply_forces(before, state.time, 0.5 * dt, booked)
-                self._heat_and_drag(before, 0.5 * dt, booked)
-                self._apply_stresses(before, 0.5 * dt)
-                self._flow(before, after, dt)
-                self._apply_stresses(after, 0.5 * dt)
-                self._heat_and_drag(after, 0.5 * dt, booked)
-                self._apply_forces(after, state.time + dt, 0.5 * dt, booked)
-                self._apply_sources(rates, after, dt)
-                signal_rates(self.gas, self._geometry, after, before[0], self._rates)
-        except StepRejected:
-            self.remember(guesses)
-            raise
+        with thread_count(self.threads):
+            self._apply_sources(rates, before, dt)
+            self._apply_forces(before, state.time, 0.5 * dt, booked)
+            self._heat_and_drag(before, 0.5 * dt, booked)
+            stresses(before, 0.5 * dt)
+            flow(before, after, dt)
+            stresses(after, 0.5 * dt)
+            self._heat_and_drag(after, 0.5 * dt, booked)
+            self._apply_forces(after, state.time + dt, 0.5 * dt, booked)
+            self._apply_sources(rates, after, dt)
+            signal_rates(self.gas, self._geometry, after, before[0], self._rates)
         if math.isnan(booked[WALL.name]) or not self._rates.max() < math.inf:
-            self.remember(guesses)
             raise StepRejected(self._reason(booked[WALL.name], dt))
-        state.conserved[:] = after
-        state.time += dt
         return booked
 
     def _reason(self, wall: float, dt: float) -> str:
@@ -150,27 +170,51 @@ class Godunov(Integrator):
             lost = apply_drag(self._geometry, state, math.exp(-dt * self.terms.drag_rate))
             booked.add(self.terms.drag_losses(lost))
 
-    def _apply_stresses(self, state: np.ndarray, dt: float) -> None:
-        """Stresses for `dt`."""
+    def _apply_stresses(self, state: np.ndarray, dt: float, spared: np.ndarray = NO_CELLS) -> None:
+        """Stresses for `dt`, but for some cells."""
         for stress in self.stresses:
-            stress.advance(state, dt)
+            stress.advance(state, dt, spared)
+
+    def _careful_stresses(self, state: np.ndarray, dt: float) -> None:
+        """Stresses for `dt`, but for cells that would be inadmissible by them."""
+        before = state.copy()
+
+        def update(cells: np.ndarray) -> None:
+            state[:] = before
+            self._apply_stresses(state, dt, np.argwhere(cells))
+
+        self._counts[UNSTRESSED] += careful(update, State(self.gas, self.mesh, state))
+
+    def _careful_flow(self, before: np.ndarray, after: np.ndarray, dt: float) -> None:
+        """The hydrodynamic update, of first order in cells that would be inadmissible by that of second order."""
+
+        def update(cells: np.ndarray) -> None:
+            self._fallen.let(cells, self.mesh.periodic)
+            self._flow(before, after, dt)
+
+        self._counts[FIRST_ORDER] += careful(update, State(self.gas, self.mesh, after))
+        self._fallen.let(np.zeros(self.mesh.cells, bool), self.mesh.periodic)
 
     def _flow(self, before: np.ndarray, after: np.ndarray, dt: float) -> None:
         """The hydrodynamic update."""
         boundary = self.boundary
         fill_ghosts(self.gas, boundary.laws_beyond, self.mesh.periodic, before, boundary.sides)
         hancock.advance(
-            self.gas, self._limiter, self._riemann, dt, self._geometry, boundary.sides, before, after,
+            self.gas, self._limiter, self._riemann, dt, self._geometry, boundary.sides, self._fallen, before, after,
             self._scratch,
         )  # fmt: skip
 
     def memory(self) -> dict[str, np.ndarray]:
-        """Temperatures of the walls, first guesses of the next solve for them."""
-        return self.boundary.temperatures()
+        """Temperatures of the walls, first guesses of the next solve for them; how often cells fell back."""
+        return {**self.boundary.temperatures(), **{name: np.array([count]) for name, count in self._counts.items()}}
 
     def remember(self, memory: dict[str, np.ndarray]) -> None:
         """Take back what `memory` gave."""
         self.boundary.take_temperatures(memory)
+        self._counts = {name: int(memory.get(name, [0])[0]) for name in COUNTS}
+
+    def counts(self) -> dict[str, int]:
+        return dict(self._counts)
 
 
 def worth_threads(mesh: Mesh) -> int:
@@ -238,8 +282,9 @@ def signal_rate_row(gas, density, momentum_x, momentum_y, energy, over_dx, scale
         n = density[j]
         over = 1.0 / n
         u, v = abs(momentum_x[j] * over), abs(momentum_y[j] * over)
-        T = energy[j] * over - 0.5 * (u * u + v * v)
+        flow = 0.5 * (u * u + v * v)
+        T = energy[j] * over - flow
         c = gas.sound_speed_at_pressure(n, gas.pressure(n, T))
         rate = 2.0 * max((u + c) * over_dx, (v + c) / (scale * dy[j]))
-        allowed = (n > 0.0) & (n < packed) & (T > 0.0) & (rate < np.inf)
+        allowed = (n > 0.0) & (n < packed) & (T - ROUND_OFF * flow > 0.0) & (rate < np.inf)
         rates[j] = rate if allowed else np.inf

@@ -40,12 +40,13 @@ class ViscousStress:
         self._gradients: implicit.Gradients | None = None
         self.iterations = 0  # of all implicit steps so far
 
-    def advance(self, state: np.ndarray, dt: float) -> None:
-        """Viscous flow of the conserved `state` (4, nx, ny) for `dt`, at frozen density."""
+    def advance(self, state: np.ndarray, dt: float, spared: np.ndarray) -> None:
+        """Viscous flow of the conserved `state` (4, nx, ny) for `dt`, at frozen density; see `Stress`."""
         self._stages = self._stages or explicit.Stages.of(self.mesh)
         explicit.advance(
-            self.gas, self.factor, self.geometry, self.sides, self._viscous, self._velocity, self._stages, state, dt
-        )
+            self.gas, self.factor, self.geometry, self.sides, self._viscous, self._velocity, self._stages, state, dt,
+            spared,
+        )  # fmt: skip
 
     def implicit(
         self, velocity: Faces, density: np.ndarray, pressure: np.ndarray, pushing: np.ndarray, h: float, drag: float,
