@@ -3,7 +3,7 @@
     python benchmarks/packed.py                       # all decks, by `lagrange-remap`
     python benchmarks/packed.py --integrator godunov  # much longer
     python benchmarks/packed.py --only 3              # the first three
-    python benchmarks/packed.py --column              # what the equations do: a column at rest on finer and finer meshes
+    python benchmarks/packed.py --column              # what the equations do: a column at rest on four meshes
 
 L = 5e4, K = 2e-3, W = 114, aspect ratio 2, 24 x 48 cells, to t = 300. Prints a table for docs/numerics.md.
 """
@@ -77,7 +77,7 @@ def outcome(case: Case, integrator: str) -> tuple[Any, ...]:
 
 
 def column() -> str:
-    """The coldest cell of a column of f = 0.1, uniform at first, in time and on four meshes; and of the steady state."""
+    """The coldest cell of a column of f = 0.1, uniform at first, in time and on four meshes; that of the steady state."""
     rows = []
     for nx in MESHES:
         deck: Any = load(DECK, [*COMMON, "gas.f=0.1", f"mesh.cells=[{nx},4]", "initial.kind=uniform"])

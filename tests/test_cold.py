@@ -29,7 +29,8 @@ def moving_core(gas: Grossman, speed: float) -> State:
     mesh = Mesh.rectangle((16, 32), 2.0, 1.0, (True, True))
     x, y = 2.0 * math.pi * mesh.x[:, None], math.pi * mesh.y[None, :]
     n = 0.99 + 0.008 * np.cos(x) * np.cos(y)
-    return State.of(gas, mesh, n, gas.temperature(n, PRESSURE), (speed * np.ones_like(n), 0.5 * speed * np.ones_like(n)))
+    velocity = speed * np.ones_like(n), 0.5 * speed * np.ones_like(n)
+    return State.of(gas, mesh, n, gas.temperature(n, PRESSURE), velocity)
 
 
 def test_a_packed_core_that_moves_keeps_its_pressure():
