@@ -77,7 +77,7 @@ def outcome(case: Case, integrator: str) -> tuple[Any, ...]:
 
 
 def column() -> str:
-    """The coldest cell of a column of f = 0.1, uniform at first, in time and on four meshes; that of the steady state."""
+    """The coldest cell of a column of f = 0.1, uniform at first, in time on four meshes; that of the steady state."""
     rows = []
     for nx in MESHES:
         deck: Any = load(DECK, [*COMMON, "gas.f=0.1", f"mesh.cells=[{nx},4]", "initial.kind=uniform"])
