@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar, cast
 from pydantic import Field, Strict, ValidationInfo, create_model, field_validator
 
 from hydro.choices import CLOSURES, INITIAL_STATES, INTEGRATORS, LIMITERS, RIEMANN_SOLVERS, SCALES, TERMS, WALLS
-from hydro.deck.sections import Box, ExperimentDeck, Gas, Mesh
+from hydro.deck.sections import Box, ExperimentDeck, Gas, Mesh, ViscousGas
 from hydro.schema import (
     Chosen,
     Flag,
@@ -190,16 +190,6 @@ class RunDeck(ExperimentDeck):
     def movie_interval(self) -> float:
         """Scaled time between frames of the movie."""
         return self.output.movie_every or self.time.end / 300
-
-
-class ViscousGas(Gas):
-    """The granular gas: dimensionless numbers and closure; the closure's own constants stand beside it."""
-
-    viscosity: NonNegative = Field(
-        default=0.0,
-        description="shear and bulk viscosity over those that kinetic theory gives for the conductivity: 1 for grains; "
-        "0 for none, as in the paper",
-    )
 
 
 D = TypeVar("D", bound=type[Section])
