@@ -18,9 +18,10 @@ from numba import prange
 
 from hydro.accounts import COLLISIONS, WALL, Amounts
 from hydro.choices import LIMITERS, RIEMANN_SOLVERS
+from hydro.dynamics.admissible import COLDEST
 from hydro.dynamics.godunov import hancock, heat
 from hydro.dynamics.godunov.ghosts import fill_ghosts
-from hydro.dynamics.integrator import Integrator, flow_accounts, flow_limits
+from hydro.dynamics.integrator import Integrator, Remedy, flow_accounts, flow_limits
 from hydro.errors import StepRejected
 from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
@@ -43,6 +44,7 @@ class Godunov(Integrator):
     """
 
     remembered: ClassVar = REMEMBERED
+    remedies = (Remedy("scheme.limiter=minmod", lambda deck: deck.scheme.limiter != "minmod"),)
     seconds_per_cell_step, bytes_per_cell = 8e-8, 176
 
     @staticmethod
@@ -230,8 +232,9 @@ def signal_rate_row(gas, density, momentum_x, momentum_y, energy, over_dx, scale
         n = density[j]
         over = 1.0 / n
         u, v = abs(momentum_x[j] * over), abs(momentum_y[j] * over)
-        T = energy[j] * over - 0.5 * (u * u + v * v)
+        specific = energy[j] * over
+        T = specific - 0.5 * (u * u + v * v)
         c = gas.sound_speed_at_pressure(n, gas.pressure(n, T))
         rate = 2.0 * max((u + c) * over_dx, (v + c) / (scale * dy[j]))
-        allowed = (n > 0.0) & (n < packed) & (T > 0.0) & (rate < np.inf)
+        allowed = (n > 0.0) & (n < packed) & (COLDEST * specific < T) & (rate < np.inf)
         rates[j] = rate if allowed else np.inf
