@@ -93,25 +93,25 @@ def refuse_inadmissible(state: State) -> None:
 
 
 def worst_cell(state: State) -> str:
-    """A sentence on the first cell that is out of bounds."""
+    """A sentence on the first cell that is out of bounds; without one, on that with the least share of heat."""
     where = np.argwhere(inadmissible(state))
     if not len(where):
         return coldest_cell(state)
-    i, j = where[0]
-    with np.errstate(all="ignore"):
-        values = f"n = {state.density[i, j]:.4g}, T = {state.temperature[i, j]:.4g}"
-    place = f"cell ({i}, {j}) at x = {state.mesh.x[i]:.4g}, y = {state.mesh.y[j]:.4g}"
-    return f"{len(where)} cells would leave {bounds(state.gas)}, T > 0; {place} would get {values}"
+    return f"{len(where)} cells would leave {bounds(state.gas)}, T > 0; {cell_words(state, *where[0])}"
 
 
 def coldest_cell(state: State) -> str:
-    """A sentence on the cell whose heat is the least share of its energy."""
+    """A sentence on the cell whose heat is the least share of its energy: round-off may decide about it."""
     shares = state.density * state.temperature / state.conserved[E]
     i, j = np.unravel_index(np.argmin(shares), shares.shape)
-    return (
-        f"no cell would leave its bounds; the heat of cell ({i}, {j}) at x = {state.mesh.x[i]:.4g}, "
-        f"y = {state.mesh.y[j]:.4g} would be {shares[i, j]:.1e} of its energy, T = {state.temperature[i, j]:.4g}"
-    )
+    return f"heat would be {shares[i, j]:.1e} of the energy where it is least; {cell_words(state, int(i), int(j))}"
+
+
+def cell_words(state: State, i: int, j: int) -> str:
+    """Where a cell is, and its density and temperature."""
+    with np.errstate(all="ignore"):
+        values = f"n = {state.density[i, j]:.4g}, T = {state.temperature[i, j]:.4g}"
+    return f"cell ({i}, {j}) at x = {state.mesh.x[i]:.4g}, y = {state.mesh.y[j]:.4g} would get {values}"
 
 
 def bounds(gas: Closure) -> str:
