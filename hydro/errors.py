@@ -24,6 +24,10 @@ class RunFailed(HydroError):
         self.remedy = remedy
 
 
+class NoStep(RunFailed):
+    """No step is possible from here, and so none would be after a restart."""
+
+
 class StepRejected(Exception):
     """A step would leave the admissible states, and where; the state is as it was before."""
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydro.errors import RunFailed
 from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
 from hydro.mesh import Mesh
@@ -89,16 +90,32 @@ def inadmissible(state: State) -> np.ndarray:
         return cold | ~((n > 0.0) & (n < state.gas.packing_density()) & np.isfinite(state.conserved).all(axis=0))
 
 
+def refuse_inadmissible(state: State) -> None:
+    """RunFailed for a state that is none of a gas, and so is not to be saved."""
+    if inadmissible(state).any():
+        raise RunFailed(f"the state at t = {state.time:.6g} is not saved: {worst_cell(state)}")
+
+
 def worst_cell(state: State) -> str:
-    """A sentence on the first cell that is out of bounds."""
+    """A sentence on the first cell that is out of bounds; without one, on that with the least share of heat."""
     where = np.argwhere(inadmissible(state))
     if not len(where):
-        return "every cell is admissible"
-    i, j = where[0]
+        return coldest_cell(state)
+    return f"{len(where)} cells would leave {bounds(state.gas)}, T > 0; {cell_words(state, *where[0])}"
+
+
+def coldest_cell(state: State) -> str:
+    """A sentence on the cell whose heat is the least share of its energy: round-off may decide about it."""
+    shares = state.density * state.temperature / state.conserved[E]
+    i, j = np.unravel_index(np.argmin(shares), shares.shape)
+    return f"heat would be {shares[i, j]:.1e} of the energy where it is least; {cell_words(state, int(i), int(j))}"
+
+
+def cell_words(state: State, i: int, j: int) -> str:
+    """Where a cell is, and its density and temperature."""
     with np.errstate(all="ignore"):
         values = f"n = {state.density[i, j]:.4g}, T = {state.temperature[i, j]:.4g}"
-    place = f"cell ({i}, {j}) at x = {state.mesh.x[i]:.4g}, y = {state.mesh.y[j]:.4g}"
-    return f"{len(where)} cells would leave {bounds(state.gas)}, T > 0; {place} would get {values}"
+    return f"cell ({i}, {j}) at x = {state.mesh.x[i]:.4g}, y = {state.mesh.y[j]:.4g} would get {values}"
 
 
 def bounds(gas: Closure) -> str:

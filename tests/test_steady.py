@@ -4,26 +4,37 @@ from __future__ import annotations
 
 import json
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from conftest import summary_of
 from scipy.sparse.linalg import ArpackNoConvergence
 
+from hydro.choices import INTEGRATORS
 from hydro.cli import main
+from hydro.deck.evolution import FlowingGas, Time, Timeline
+from hydro.deck.grains import GrainsGas
+from hydro.deck.sections import Box, ClosedBox, Gas, ViscousGas
+from hydro.deck.steady import BranchGas, SteadyGas
 from hydro.errors import RunFailed
 from hydro.gas import Grossman
-from hydro.mesh import Mesh
+from hydro.mesh import Faces, Geometry, Mesh
 from hydro.output.checkpoint import read_checkpoint
 from hydro.pictures.branches import stretches
+from hydro.state import State
 from hydro.steady.balance import Balance
 from hydro.steady.bifurcation import ExtendedBranch
 from hydro.steady.continuation import Family, between, follow
-from hydro.steady.growth import gradient, growth_of, with_mode
+from hydro.steady.growth import Damping, first_column, growth_of, linearized, lower_half, with_mode
 from hydro.steady.linear import Bordered
 from hydro.steady.localized import chain, interpolated, ladder, steady_state, unit_cell
-from hydro.steady.operators import Faces
+from hydro.steady.operators import Faces as Differences
 from hydro.steady.spectrum import Linearization, even, odd, wave_sector
+from hydro.steady.staggered import Between, Staggered
+from hydro.steady.viscous import ViscousLinearization
+from hydro.terms.viscosity.stress import Viscous, find_viscosities, stress_force
+from hydro.verification.viscosity import rate_of
 from hydro.walls import ThermalWall, VibratingWall
 
 GAS = Grossman(L=5e4, K=2e-3)
@@ -109,7 +120,7 @@ def test_diffusion_is_second_order_and_conserves():
         mesh = Mesh.rectangle((cells, cells), 1.0, 3.0)
         x, y = mesh.x[:, None], mesh.y[None, :]
         field = np.cos(np.pi * x) * np.cos(np.pi * y)
-        found = Faces(mesh).diffused(np.ones(cells**2), field.ravel()).reshape(mesh.cells)
+        found = Differences(mesh).diffused(np.ones(cells**2), field.ravel()).reshape(mesh.cells)
         assert abs(found.sum()) < 1e-12
         errors.append(np.sqrt(np.mean((found / mesh.areas + 2.0 * np.pi**2 * field)[1:-1] ** 2)))
     assert errors[0] / errors[1] > 3.0
@@ -121,8 +132,8 @@ def test_a_wave_in_y_decays_as_on_the_whole_mesh():
     line = unit_cell(mesh, 0)
     coefficient, profile = np.linspace(1.0, 2.0, 6), np.linspace(0.3, 1.0, 6) ** 2
     wave = np.cos(np.pi * 3 * (np.arange(8) + 0.5) / 8)
-    full = Faces(mesh).diffused(np.repeat(coefficient, 8), np.outer(profile, wave).ravel()).reshape(6, 8)
-    reduced = Faces(line).diffused(coefficient, profile)
+    full = Differences(mesh).diffused(np.repeat(coefficient, 8), np.outer(profile, wave).ravel()).reshape(6, 8)
+    reduced = Differences(line).diffused(coefficient, profile)
     reduced = reduced - (wave_sector(line, 8, 1.7, 3).leak.ravel() * coefficient * profile)
     assert full == pytest.approx(np.outer(reduced, wave) / 8.0, abs=1e-12)
 
@@ -154,10 +165,13 @@ def test_interpolation_between_meshes_keeps_straight_lines():
     assert found[1:-1, 1:-1] == pytest.approx((fine.x[:, None] + 2.0 * fine.y[None, :])[1:-1, 1:-1])
 
 
-def test_gradients_of_a_potential():
+def test_gradients_between_cells():
     mesh = Mesh.rectangle((40, 30), 1.0, 2.0)
     field = np.cos(np.pi * mesh.x)[:, None] * np.cos(2.0 * np.pi * mesh.y)[None, :]
-    in_x, in_y = gradient(field, mesh)
+    grid = Staggered(Between.cells(mesh.dx), Between.cells(mesh.dy))
+    in_x, in_y = (
+        (back @ (slope @ field.ravel())).reshape(mesh.cells) for back, slope in zip(grid.back, grid.slope, strict=True)
+    )
     assert in_x == pytest.approx(-np.pi * np.outer(np.sin(np.pi * mesh.x), np.cos(2 * np.pi * mesh.y)), abs=0.03)
     assert in_y == pytest.approx(-2 * np.pi * np.outer(np.cos(np.pi * mesh.x), np.sin(2 * np.pi * mesh.y)), abs=0.05)
 
@@ -168,6 +182,101 @@ def test_the_two_halves_of_a_full_wave_have_the_modes_of_the_whole():
     halves = sorted(mode.growth_rate.real for growth in growth_of(steady, 200.0) for mode in growth.modes)[-3:]
     whole = Linearization(steady.state, VibratingWall(strength=0.228), 200.0, even(steady.balance.mesh)).leading()
     assert halves[::-1] == pytest.approx([mode.growth_rate.real for mode in whole[:3]], rel=1e-6)
+
+
+VIBRATING = VibratingWall(strength=0.228)
+
+
+def linear_cases():
+    """(name, state, sector) on small meshes: waves of the extended state, one cluster, half of two clusters."""
+    extended = steady_state(GAS, VIBRATING, Mesh.rectangle((32, 32), 2.0), 0.0235, 0)
+    line = first_column(extended.state)
+    for wave in (0, 1, 5):
+        yield f"extended, {wave}", line, wave_sector(line.mesh, 32, 2.0, wave)
+    one = steady_state(GAS, VIBRATING, Mesh.rectangle((14, 12)), 0.0235, 1).state
+    yield "one cluster", one, even(one.mesh)
+    two = lower_half(steady_state(GAS, VIBRATING, Mesh.rectangle((14, 24), 2.0), 0.0235, 2).state)
+    yield "two clusters, odd", two, odd(two.mesh)
+
+
+CASES = {name: (state, sector) for name, state, sector in linear_cases()}
+
+
+def dense_rates(linear) -> np.ndarray:
+    """All eigenvalues, of pairs those of positive frequency, but for the zero of mass and a constant potential."""
+    values = np.linalg.eigvals(linear.matrix.toarray())
+    if not linear.sector.leak.any():
+        values = np.delete(values, np.argmin(np.abs(values)))
+        if isinstance(linear, Linearization):
+            values = np.delete(values, np.argmin(np.abs(values + linear.friction)))
+    values = values[values.imag > -1e-9]
+    return values[np.argsort(-values.real)]
+
+
+@pytest.mark.parametrize("viscosity", [0.0, 1.0])
+@pytest.mark.parametrize("name", CASES)
+def test_no_mode_of_largest_growth_rate_is_missed(name, viscosity):
+    """Sound among them, which lies far from the axis: against all eigenvalues, by dense algebra."""
+    linear = linearized(CASES[name][0], VIBRATING, Damping(200.0, viscosity), CASES[name][1])
+    every = dense_rates(linear)
+    for count in (1, 3, 7, 16):
+        found = [mode.growth_rate for mode in linear.leading(count)]
+        assert [rate.real for rate in found] == pytest.approx(every.real[:count], rel=1e-7, abs=1e-9)
+        assert all(np.min(np.abs(every - rate)) < 1e-7 for rate in found)
+
+
+def test_oscillations_found_on_a_coarse_mesh_are_those_of_the_fine_one():
+    steady = steady_state(GAS, VIBRATING, Mesh.rectangle((40, 40), 1.0), 0.0235, 1)
+    (found,) = growth_of(steady, 200.0, 12)
+    wanted = Linearization(steady.state, VIBRATING, 200.0, even(steady.balance.mesh)).leading(12)
+    rates = [mode.growth_rate for mode in wanted]
+    assert [mode.growth_rate for mode in found.modes] == pytest.approx(rates, rel=1e-6)
+    assert any(rate.imag > 1.0 for rate in rates)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_without_viscosity_only_shear_is_added_to_the_modes(name):
+    """As the factor of viscosity goes to zero: the modes of the potential, and as many that decay like friction."""
+    state, sector = CASES[name]
+    plain = dense_rates(Linearization(state, VIBRATING, 200.0, sector))
+    viscous = dense_rates(ViscousLinearization(state, VIBRATING, 200.0, sector, 0.0))
+    others = viscous[np.abs(viscous + 1.0 / 200.0) > 1e-6]
+    plain = plain[np.abs(plain + 1.0 / 200.0) > 1e-6]
+    assert np.sort_complex(others) == pytest.approx(np.sort_complex(plain), rel=1e-8, abs=1e-8)
+
+
+def test_the_linearized_stress_is_that_of_the_integrators():
+    """Force on every face for random velocities of the faces."""
+    mesh = Mesh.rectangle((5, 4), 1.3, 2.0)
+    rng = np.random.default_rng(2)
+    state = State.of(GAS, mesh, rng.uniform(0.05, 0.5, mesh.cells), rng.uniform(0.5, 1.5, mesh.cells))
+    linear = ViscousLinearization(state, VIBRATING, 200.0, even(mesh), 0.7)
+    velocity, workspace = Faces.of(mesh), Viscous.of(mesh)
+    velocity.x[1:-1], velocity.y[:, 1:-1] = rng.normal(size=(4, 4)), rng.normal(size=(5, 3))
+    find_viscosities(GAS, 0.7, Geometry.of(mesh), state.density, state.temperature, workspace)
+    stress_force(Geometry.of(mesh), velocity, workspace)
+    force = linear.stress @ np.concatenate([velocity.x[1:-1].ravel(), velocity.y[:, 1:-1].ravel()])
+    wanted = np.concatenate([workspace.force.x[1:-1].ravel(), workspace.force.y[:, 1:-1].ravel()])
+    assert force == pytest.approx(wanted, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_viscous_mode_grows_in_a_run_at_its_rate(integrator):
+    """The exchange of mass between two clusters; without viscosity it grows by a third more slowly."""
+    steady = steady_state(GAS, VIBRATING, Mesh.rectangle((16, 32), 2.0), 0.0235, 2)
+    mode = growth_of(steady, 200.0, 1, viscosity=1.0)[1].modes[0]
+    assert mode.growth_rate.real > 1.3 * growth_of(steady, 200.0, 1)[1].rate
+    assert rate_of(integrator, steady, mode, 1.0) == pytest.approx(mode.growth_rate.real, rel=0.01)
+
+
+def test_a_mode_of_shear_is_kept_at_a_sound_size():
+    """Its density changes little: what is as large as asked for is then its Mach number."""
+    steady = steady_state(GAS, VIBRATING, Mesh.rectangle((16, 16), 1.0), 0.0235, 1)
+    (growth,) = growth_of(steady, 200.0, 12, viscosity=1e-2)
+    for mode in growth.modes:
+        state = with_mode(steady.state, mode, 1e-3)
+        change = np.max(np.abs(state.density / steady.state.density - 1.0))
+        assert max(change, state.mach.max()) == pytest.approx(1e-3, rel=1e-2)
 
 
 def test_odd_perturbations_vanish_at_the_mirror():
@@ -255,6 +364,71 @@ def test_a_steady_deck(run_text, tmp_path):
         assert (folder / "pictures" / picture).stat().st_size > 1000
     saved = read_checkpoint(folder / "checkpoints" / "steady.h5")
     assert saved.mesh.integral(saved.conserved[0]) == pytest.approx(0.0235, rel=1e-12)
+
+
+def test_as_many_modes_as_wanted_are_listed(run_text):
+    """Those of largest growth rate, sound among them: a pair counts once."""
+    folder, code, _ = run_text(STEADY, "steady.wave=0", "steady.modes=12")
+    sectors = summary_of(folder)["sectors"]
+    assert code == 0 and {len(sector["growth_rates"]) for sector in sectors} == {12}
+    assert all(sector["growth_rates"] == sorted(sector["growth_rates"], reverse=True) for sector in sectors)
+    assert any(frequency > 2.0 for frequency in sectors[0]["frequencies"][:2])
+
+
+def test_growth_rates_are_those_of_the_viscous_gas(run_text):
+    plain, viscous = (
+        summary_of(run_text(STEADY, "steady.wave=0", f"gas.viscosity={factor}", name=name)[0])["growth_rate"]
+        for factor, name in ((0, "plain"), (1, "viscous"))
+    )
+    assert 1.5 < viscous / plain < 2.2
+    first = []
+    for factor in (0, 1):
+        folder, _, _ = run_text(BRANCH, "branch.points=1", f"gas.viscosity={factor}", name=f"branch{factor}")
+        first.append(summary_of(folder)["points"][0]["growth_rate"])
+    assert 1.5 < first[1] / first[0] < 3.0
+
+
+@pytest.mark.parametrize("text", [STEADY, BRANCH])
+def test_what_the_deck_does_not_give_is_said_with_the_result(text, tmp_path, capsys):
+    deck = tmp_path / "deck.toml"
+    deck.write_text(text)
+    folder = tmp_path / "run"
+    words = [str(deck), "gas.tau=100", "--output", str(folder), "--overwrite"]
+    if text is BRANCH:
+        words[1:1] = ["branch.points=1"]
+    assert main(words) == 0
+    told = "for K = 0.002, tau = 100, viscosity = 0, W = 114; not in the deck, and assumed: gas.K = 0.002, wall.W = 114"
+    assert told in capsys.readouterr().out
+    assert summary_of(folder)["assumed"] == {"gas.K": 2e-3, "wall.W": 114.0}
+    assert main(["report", str(folder), "--quiet"]) == 0
+    page = (folder / "report.html").read_text()
+    assert told in page
+    assert main([*words, "gas.K=1e-3", "wall.kind=vibrating", "wall.W=100"]) == 0
+    told = capsys.readouterr().out
+    assert "for K = 0.001, tau = 100, viscosity = 0, W = 100\n" in told and "assumed" not in told
+
+
+def test_defaults_are_the_same_for_all_kinds():
+    """But for K and tau of steady states, which say so, and what a kind requires or leaves out."""
+    sections = {
+        "gas": (Gas, ViscousGas, FlowingGas, SteadyGas, BranchGas, GrainsGas),
+        "box": (Box, ClosedBox),
+        "time": (Time, Timeline),
+    }
+    defaults: dict[str, dict[str, Any]] = {}
+    for name, models in sections.items():
+        for model in models:
+            for key, value in model.model_fields.items():
+                defaults.setdefault(f"{name}.{key}", {})[model.__name__] = (
+                    "required" if value.is_required() else value.default
+                )
+    differing = {key for key, values in defaults.items() if len(set(map(repr, values.values()))) > 1}
+    assert differing == {"gas.K", "gas.L", "gas.f", "gas.tau"}
+    assert all(values.get("SteadyGas") == values["BranchGas"] for values in (defaults["gas.K"], defaults["gas.tau"]))
+    assert {repr(value) for value in defaults["gas.K"].values()} == {"'required'", "0.002"}
+    assert {repr(value) for value in defaults["gas.tau"].values()} == {"inf", "200.0"}
+    for key in ("gas.L", "gas.f"):  # required, or not where the branch is followed in it
+        assert {repr(value) for value in defaults[key].values()} == {"'required'", "None"}
 
 
 def test_an_evolution_starts_from_a_steady_state_and_stays(run_text, tmp_path):
@@ -351,7 +525,7 @@ def test_numbers_beyond_all_reason_fail_with_a_message(run_text, override):
 
 def test_a_mode_too_strong_for_the_gas_is_refused_before_anything_is_written(run_text):
     folder, code, error = run_text(STEADY, "steady.wave=0", "gas.f=0.1", "steady.mode_amplitude=0.49")
-    assert code == 2 and "steady.mode_amplitude: 0.49 is too large, 0 half-waves:" in error
+    assert code == 2 and "steady.mode_amplitude: 0.49 is too large, 1 half-wave:" in error
     assert not folder.exists()
 
 
@@ -398,4 +572,6 @@ def test_check_describes(tmp_path, capsys, text):
     deck = tmp_path / "deck.toml"
     deck.write_text(text)
     assert main(["check", str(deck)]) == 0
-    assert "growth rates per L_x/T_*^(1/2), for K = 0.002 and tau = 200" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "growth rates per unit of time, L_x/T_*^(1/2), for K = 0.002, tau = 200, viscosity = 0, W = 114" in told
+    assert "not in the deck, and assumed: gas.K = 0.002, gas.tau = 200, wall.W = 114" in told

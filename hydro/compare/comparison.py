@@ -15,6 +15,7 @@ from hydro.mesh import Mesh
 from hydro.observables import observables_in, observables_of
 from hydro.observables.sets import values
 from hydro.output.folder import write_json
+from hydro.setup import viscosity_of
 from hydro.state import State
 from hydro.steady.growth import Growth, growth_of, sector_parts
 from hydro.steady.localized import SteadyState
@@ -38,7 +39,7 @@ def compare(path: Path, steady: str, quiet: bool = False) -> dict[str, Any]:
     subject = Subject.of(path)
     found, tried = steady_state_for(subject, steady, quiet)
     alignment, found = closest_image(subject, found)
-    growths = growth_of(found, subject.deck.gas.tau)
+    growths = growth_of(found, subject.deck.gas.tau, viscosity=viscosity_of(subject.deck))
     rows, parts = table(subject, found, len(growths))
     result = {
         "steady": steady,

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar, cast
 from pydantic import Field, Strict, ValidationInfo, create_model, field_validator
 
 from hydro.choices import CLOSURES, INITIAL_STATES, INTEGRATORS, LIMITERS, RIEMANN_SOLVERS, SCALES, TERMS, WALLS
-from hydro.deck.sections import Box, ExperimentDeck, Gas, Mesh, Range
+from hydro.deck.sections import Box, ExperimentDeck, Gas, Mesh, Range, ViscousGas
 from hydro.gas.elastic import ELASTIC_BELOW
 from hydro.schema import (
     Chosen,
@@ -222,14 +222,9 @@ class EvolutionOutput(Output):
     )
 
 
-class ViscousGas(Gas):
-    """The granular gas: dimensionless numbers and closure; the closure's own constants stand beside it."""
+class FlowingGas(ViscousGas):
+    """The gas of a run."""
 
-    viscosity: NonNegative = Field(
-        default=0.0,
-        description="shear and bulk viscosity over those that kinetic theory gives for the conductivity: 1 for grains; "
-        "0 for none, as in the paper",
-    )
     elastic_below: NonNegative = Field(
         default=ELASTIC_BELOW,
         description="temperature, over T_*, below which collisions lose nothing; 0 for none. It acts in packed cores",
@@ -257,7 +252,7 @@ class EvolutionDeck(RunDeck):
     )  # fmt: skip
 
     kind: Literal["evolution"] = "evolution"
-    gas: Annotated[ViscousGas, Chosen(CLOSURES, key="closure", shared=ViscousGas)]
+    gas: Annotated[FlowingGas, Chosen(CLOSURES, key="closure", shared=FlowingGas)]
     time: Time
     scheme: Scheme = Scheme()
     output: EvolutionOutput = EvolutionOutput()

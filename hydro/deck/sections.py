@@ -107,6 +107,16 @@ class Gas(Law):
         return float(self.law().packing_density())
 
 
+class ViscousGas(Gas):
+    """The granular gas: dimensionless numbers and closure; the closure's own constants stand beside it."""
+
+    viscosity: NonNegative = Field(
+        default=0.0,
+        description="shear and bulk viscosity over those that kinetic theory gives for the conductivity: 1 for grains; "
+        "0 for none, as in the paper",
+    )
+
+
 class Box(Section):
     """The box, 0 < x < 1 and 0 < y < aspect_ratio; its walls are elastic but for the one at x=1."""
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
 from hydro.choices import CLOSURES, PARAMETERS, SEARCHES, WALL_CONDITIONS, WALLS
-from hydro.deck.sections import ClosedBox, ExperimentDeck, Gas, Mesh
+from hydro.deck.sections import ClosedBox, ExperimentDeck, Mesh, ViscousGas
 from hydro.schema import (
     Chosen,
     Flag,
@@ -23,8 +23,8 @@ from hydro.schema import (
 )
 
 
-class SteadyGas(Gas):
-    """The granular gas. Densities of steady states know only L and f; K and tau set the time scale of growth rates."""
+class SteadyGas(ViscousGas):
+    """The granular gas. Densities of steady states know only L and f; growth rates also K, tau and viscosity."""
 
     L: Positive = Field(title="collisional_loss", description="collisional loss, (32/(3 gamma)) (L_x/d)^2 (1-r^2)")
     f: Positive = Field(title="area_fraction", description="average area fraction n/n_c")
@@ -54,13 +54,16 @@ class Steady(Section):
         "branch: the first state on the branch from the nearest bifurcation in f, unstable beyond a subcritical one",
     )
     modes: Annotated[int, Strict(), Field(ge=1, le=16)] = Field(
-        default=3, description="number of leading eigenmodes to keep in each symmetry sector"
+        default=3,
+        description="number of leading eigenmodes to keep in each symmetry sector, those of largest growth rate; "
+        "a pair that oscillates counts as one",
     )
     mode_amplitude: Number = Field(
         default=1e-3,
         gt=0,
         lt=0.5,
-        description="largest relative change of the density in the checkpoints of the state plus an eigenmode",
+        description="largest relative change of the density, or largest Mach number if that is more, "
+        "in the checkpoints of the state plus an eigenmode",
     )
 
 
@@ -80,6 +83,29 @@ class SteadyBaseDeck(ExperimentDeck):
         if getattr(wall, "W", 1.0) == 0.0:
             raise broken_rule("must be greater than 0", "wall.W", 0)
         return wall
+
+    @property
+    def damping(self) -> str:
+        """What growth rates depend on, and what of it the deck does not give, in words."""
+        gas = self.gas
+        values = {"gas.K": gas.K, "gas.tau": gas.tau, "gas.viscosity": gas.viscosity}
+        if hasattr(self.wall, "W"):
+            values["wall.W"] = self.wall.W
+        words = "growth rates per unit of time, L_x/T_*^(1/2), for "
+        words += ", ".join(f"{key.partition('.')[2]} = {value:g}" for key, value in values.items())
+        assumed = ", ".join(f"{key} = {value:g}" for key, value in self.assumed.items())
+        return f"{words}; not in the deck, and assumed: {assumed}" if assumed else words
+
+    @property
+    def assumed(self) -> dict[str, float]:
+        """What growth rates depend on and the deck does not give, with the values that are taken instead."""
+        wanted = [("gas", "K"), ("gas", "tau"), ("wall", "W")]
+        sections = [(f"{name}.{key}", key, getattr(self, name)) for name, key in wanted]
+        return {
+            dotted: getattr(section, key)
+            for dotted, key, section in sections
+            if hasattr(section, key) and key not in section.model_fields_set
+        }
 
 
 class SteadyDeck(SteadyBaseDeck):

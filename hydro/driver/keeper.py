@@ -13,7 +13,7 @@ import numpy as np
 from hydro.choices import STATE_PICTURES
 from hydro.deck import dumps
 from hydro.driver.march import Run
-from hydro.errors import HydroError, RunFailed
+from hydro.errors import HydroError, NoStep, RunFailed
 from hydro.mesh import Mesh
 from hydro.observables import Observables
 from hydro.output.checkpoint import Checkpoint, read_or_skip, write_checkpoint
@@ -22,7 +22,7 @@ from hydro.output.folder import RunFolder
 from hydro.output.history import read_rows
 from hydro.output.xdmf import Series
 from hydro.revision import git_revision
-from hydro.state import State
+from hydro.state import State, refuse_inadmissible
 
 MOST_PANELS = 12
 KEPT = 2  # checkpoints by wall clock or signal: one more than needed, for the newest may get damaged
@@ -80,6 +80,7 @@ class Keeper:
             return
         if self.folder.history.exists():
             sync(self.folder.history)  # rows up to a checkpoint shall not be lost where it is not
+        self.inspect(run)
         replaceable = replaceable and all(row["checkpoint"] != path.name for row in self.snapshots)
         names = [*self._replaceable, path.name] if replaceable else self._replaceable
         kept = names[-(self.deck.output.keep or KEPT) :]
@@ -90,6 +91,10 @@ class Keeper:
             (self.folder.checkpoints / name).unlink(missing_ok=True)
         self._replaceable = kept
         self._series.update()
+
+    def inspect(self, run: Run) -> None:
+        """RunFailed for a state that is not to be saved: that of no gas, whatever has led to it."""
+        refuse_inadmissible(run.state)
 
     def _path(self, run: Run) -> Path:
         return self.folder.checkpoints / f"{run.steps:08d}_t{run.state.time:g}.h5"
@@ -111,13 +116,25 @@ class Keeper:
         lines = [str(error)]
         try:
             self.finish(run, compile_seconds, completed=False)
-        except (OSError, ValueError) as worse:
+        except (OSError, ValueError, HydroError) as worse:
             lines.append(f"not all could be saved: {worse}")
         if saved := self.folder.saved():
             lines.append(f"the last good state is saved in {saved[-1]}")
-            words = ["python -m hydro restart", str(self.folder.path), getattr(error, "remedy", "")]
-            lines.append(f"to go on from it: {' '.join(filter(None, words))}")
+            lines += self.otherwise(run) if isinstance(error, NoStep) else [self.restart(error)]
         return kind("\n".join(lines))
+
+    def restart(self, error: HydroError | OSError) -> str:
+        """How to go on from the newest checkpoint."""
+        words = ["python -m hydro restart", str(self.folder.path), getattr(error, "remedy", "")]
+        return f"to go on from it: {' '.join(filter(None, words))}"
+
+    def otherwise(self, run: Run) -> list[str]:
+        """What has helped runs that came to where no step is possible: to begin otherwise."""
+        helpful = [remedy.change for remedy in run.integrator.remedies if remedy.is_new(self.deck)]
+        anew = f"python -m hydro {self.folder.deck}"
+        commands = [f"  {anew} {change} --output {self.folder.path}_{k}" for k, change in enumerate(helpful, 1)]
+        told = ["what has helped such runs is to begin otherwise:", *commands] if helpful else []
+        return ["a restart would end there at once", *told]
 
     def _summary(self, run: Run, seconds: float, completed: bool) -> dict[str, Any]:
         state = run.state

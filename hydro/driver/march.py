@@ -12,7 +12,7 @@ from hydro.accounts import Account
 from hydro.driver.clock import Clock
 from hydro.driver.ledger import Ledger
 from hydro.dynamics.integrator import Integrator
-from hydro.errors import RunFailed, StepRejected
+from hydro.errors import NoStep, StepRejected
 from hydro.output.checkpoint import Checkpoint
 from hydro.state import State
 
@@ -144,7 +144,7 @@ def advance(run: Run, stop: float) -> None:
         run.set_by[set_by] += 1
         run.steps, run.dt, run.dt_limit = run.steps + 1, dt, 2.0 * run.dt_limit
         return
-    raise RunFailed(f"no step is possible at t = {run.state.time:.6g}, down to dt = {dt:.3g}: {reason}")
+    raise NoStep(f"no step is possible at t = {run.state.time:.6g}, down to dt = {dt:.3g}: {reason}")
 
 
 def choose_step(largest: float, remaining: float) -> float:

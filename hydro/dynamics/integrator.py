@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -25,16 +25,25 @@ def flow_limits(terms: Terms) -> tuple[str, ...]:
     return (*FLOW_LIMITS, *terms.limiting)
 
 
+class Remedy(NamedTuple):
+    """What has helped runs that no step was possible for."""
+
+    change: str  # of the deck, as on the command line
+    is_new: Callable[[Any], bool]  # whether a deck is not like that already
+
+
 class Integrator(Protocol):
     """Advances a state; knows nothing of output, progress or files.
 
     accounts: the entries of the energy ledger that its steps fill. step_limits: names that `limits` may give.
-    remembered: long name and unit of what `memory` gives, by name.
+    remembered: long name and unit of what `memory` gives, by name. remedies: what has been tried, and has helped, where
+    its steps got shorter and shorter, the most helpful first.
     """
 
     accounts: tuple[Account, ...] = ()
     step_limits: tuple[str, ...] = ()
     remembered: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    remedies: ClassVar[tuple[Remedy, ...]] = ()
 
     # Guesses for decks of evolution, good to a factor of two or three on one core of a current processor.
     seconds_per_cell_step: ClassVar[float] = 1e-7

@@ -38,3 +38,11 @@ def cosine_averages(mesh: Mesh, wave: int) -> np.ndarray:
     k = np.pi * wave / mesh.aspect_ratio
     averages = np.diff(np.sin(k * mesh.y_faces)) / (k * mesh.dy)
     return 0.5 * (averages + (-1.0) ** wave * averages[::-1])
+
+
+def sine_averages(mesh: Mesh, wave: int) -> np.ndarray:
+    """Cell averages of sin(pi wave y/aspect_ratio), shape (ny,)."""
+    if wave == 0:
+        return np.zeros_like(mesh.dy)
+    k = np.pi * wave / mesh.aspect_ratio
+    return -np.diff(np.cos(k * mesh.y_faces)) / (k * mesh.dy)

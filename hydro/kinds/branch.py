@@ -136,7 +136,7 @@ class Survey:
     def record(self, vector: np.ndarray, branch: str) -> dict[str, Any]:
         """Analyse a point, save it, and note it."""
         steady = self.steady(vector, 0 if branch == EXTENDED else self.deck.branch.wave)
-        growths = growth_of(steady, self.deck.gas.tau, 1)
+        growths = growth_of(steady, self.deck.gas.tau, 1, self.deck.gas.viscosity)
         rates = {growth.sector: growth.rate for growth in growths}
         rate = max(rates.values())
         state = steady.state
@@ -200,6 +200,8 @@ class Survey:
             "wave": self.deck.branch.wave,
             "wall": self.deck.wall.kind,
             "wall_seconds": seconds,
+            "damping": self.deck.damping,
+            "assumed": self.deck.assumed,
             "points": self.points,
             "folds": self.folds,
             "bifurcations": self.bifurcations,
@@ -256,7 +258,7 @@ def describe(deck: BranchDeck) -> list[str]:
     return [
         f"extended states at {branch.samples} values of {branch.parameter} from {branch.start:g} to {branch.stop:g}",
         f"branches with {branch.wave} half-wave(s) in y, up to {branch.points} points on each",
-        f"growth rates per L_x/T_*^(1/2), for K = {deck.gas.K:g} and tau = {deck.gas.tau:g}",
+        deck.damping,
         *regime(deck, [Place(**fixed | {branch.parameter: value}) for value in (branch.start, branch.stop)]),
     ]
 
@@ -264,7 +266,11 @@ def describe(deck: BranchDeck) -> list[str]:
 def closing(summary: dict[str, Any]) -> list[str]:
     """Bifurcations, folds and how many points."""
     parameter = summary["parameter"]
-    return [*_places(summary, parameter), f"{len(summary['points'])} points in {summary['wall_seconds']:.1f} s"]
+    return [
+        *_places(summary, parameter),
+        summary["damping"],
+        f"{len(summary['points'])} points in {summary['wall_seconds']:.1f} s",
+    ]
 
 
 def _places(summary: dict[str, Any], parameter: str) -> Iterator[str]:

@@ -185,6 +185,9 @@ class GrainsKeeper(Keeper):
             name = f"grains_{len(self.snapshots):04d}.png"
             draw(self.folder.pictures / name, grains_of(run), self.deck.output.colour)
 
+    def inspect(self, run: Run) -> None:
+        """Nothing: cells without grains have no density."""
+
     def seen(self, run: Run) -> State:
         """The average over the window."""
         return mean_state(run)

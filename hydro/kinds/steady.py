@@ -34,7 +34,7 @@ def solve(deck: SteadyDeck, folder: RunFolder, quiet: bool = False) -> dict[str,
         gas_of(deck), wall, mesh_of(deck), deck.gas.f, deck.steady.wave, deck.steady.shifted, deck.steady.search
     )
     solved = time.perf_counter()
-    growths = growth_of(steady, deck.gas.tau, deck.steady.modes)
+    growths = growth_of(steady, deck.gas.tau, deck.steady.modes, deck.gas.viscosity)
     analysed = time.perf_counter()
     states = states_to_keep(deck, steady.state, growths)
     folder.prepare(dumps(deck))
@@ -80,6 +80,8 @@ def summary_of(deck: SteadyDeck, steady: SteadyState, growths: list[Growth]) -> 
         "pressure": seen["mean_pressure"],
         "residual": steady.residual,
         "newton_iterations": steady.iterations,
+        "damping": deck.damping,
+        "assumed": deck.assumed,
         "stable": rate < 0.0,
         "growth_rate": rate,
         "sectors": [
@@ -130,7 +132,7 @@ def describe(deck: SteadyDeck) -> list[str]:
     unknowns, waves = (nx * ny // wave, f"{wave} half-wave{'' if wave == 1 else 's'}") if wave else (nx, "no waves")
     return [
         f"a steady state with {waves} in y: {unknowns} unknown densities and the pressure",
-        f"growth rates per L_x/T_*^(1/2), for K = {deck.gas.K:g} and tau = {deck.gas.tau:g}",
+        deck.damping,
         *regime(deck, [Place(deck.gas.L, deck.gas.f, deck.box.aspect_ratio)]),
     ]
 
@@ -142,11 +144,17 @@ def closing(summary: dict[str, Any]) -> list[str]:
         f"in the gas at x=1 {summary['gas_density']:.5f}",
         f"{summary['newton_iterations']} Newton iterations in {summary['wall_seconds']:.2f} s, "
         f"residual {summary['residual']:.1e}; growth rates in {summary['stability_seconds']:.2f} s",
+        summary["damping"],
     ]
     for sector in summary["sectors"]:
-        rates = ", ".join(f"{rate:.4g}" for rate in sector["growth_rates"])
+        rates = ", ".join(map(rate_words, sector["growth_rates"], sector["frequencies"]))
         lines.append(f"growth rates, {sector['sector']}: {rates}")
     return [*lines, "stable" if summary["stable"] else "unstable"]
+
+
+def rate_words(rate: float, frequency: float) -> str:
+    """A growth rate, with its frequency where it oscillates."""
+    return f"{rate:.4g}+-{frequency:.4g}i" if frequency else f"{rate:.4g}"
 
 
 KIND = Kind(solve, describe, closing)

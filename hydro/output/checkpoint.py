@@ -24,7 +24,7 @@ from hydro.errors import CheckpointError
 from hydro.mesh import Mesh
 from hydro.output.files import write_bytes
 from hydro.revision import git_revision
-from hydro.state import State
+from hydro.state import State, refuse_inadmissible
 
 FORMAT = "hydro checkpoint"
 VERSION = 3
@@ -78,7 +78,8 @@ class Checkpoint:
 
     @classmethod
     def of(cls, state: State, deck: str) -> Checkpoint:
-        """A state that no run has led to, to start from."""
+        """A state that no run has led to, to start from. RunFailed if it is not that of a gas."""
+        refuse_inadmissible(state)
         return cls(state.mesh, state.conserved, state.time, deck)
 
 

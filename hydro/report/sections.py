@@ -259,8 +259,9 @@ def steady(content: Content) -> Iterator[Section]:
     caption = "Growth rates and frequencies of the leading modes, per unit of time, by symmetry."
     table = [Table(caption, ("symmetry", "growth rate", "frequency"), rows)] if rows else []
     alt = "Maps of the relative change of the density in the leading mode of each symmetry"
+    words = [Lines([summary["damping"]])] if "damping" in summary else []
     yield Section(
-        "Modes", [*table, *content.picture("modes.png", alt, "Red where it gets denser, blue where thinner.")]
+        "Modes", [*words, *table, *content.picture("modes.png", alt, "Red where it gets denser, blue where thinner.")]
     )
 
 

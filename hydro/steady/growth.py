@@ -8,19 +8,25 @@ modes, that of a motion along y among them, vanish on both sides of the half; an
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy import fft
 
-from hydro.initial.cosine import cosine_averages
+from hydro.initial.cosine import cosine_averages, sine_averages
+from hydro.initial.regrid import regrid
 from hydro.mesh import Mesh
 from hydro.state import State
-from hydro.steady.localized import SteadyState, unit_cell
-from hydro.steady.spectrum import Linearization, Mode, even, odd, wave_sector
+from hydro.steady.localized import SteadyState, ladder, unit_cell
+from hydro.steady.spectrum import MODES, Linearization, Linearized, Mode, Sector, even, odd, wave_sector
+from hydro.steady.viscous import ViscousLinearization
 
+Change = Callable[[np.ndarray], np.ndarray]
+
+SPARE = 3  # more modes than wanted that are looked for on a coarse mesh
 DECLINES = 2  # wave numbers of smaller growth rate in a row, after which shorter waves are not looked at
 
 
@@ -37,10 +43,40 @@ class Growth:
         return max((mode.growth_rate.real for mode in self.modes), default=-np.inf)
 
 
-def growth_of(steady: SteadyState, tau: float, count: int = 3) -> list[Growth]:
-    """Growth in every sector of the whole box; `count` modes in each."""
+@dataclass(frozen=True)
+class Damping:
+    """What brakes the flow."""
+
+    tau: float
+    viscosity: float
+
+
+def growth_of(steady: SteadyState, tau: float, count: int = MODES, viscosity: float = 0.0) -> list[Growth]:
+    """Growth in every sector of the whole box; `count` modes in each. RunFailed if they are not found.
+
+    tau: friction time. viscosity: over that of the closure.
+    """
     sectors = extended_sectors if steady.wave == 0 else mirror_sectors if steady.mirrored else whole_sector
-    return [Growth(found.sector, found.modes[:count]) for found in sectors(steady, tau)]
+    return list(sectors(steady, Damping(tau, viscosity), count))
+
+
+def linearized(state: State, wall: Any, damping: Damping, sector: Sector) -> Linearized:
+    """The equations linearized about a state, of a viscous gas or of one without viscosity."""
+    if damping.viscosity > 0.0:
+        return ViscousLinearization(state, wall, damping.tau, sector, damping.viscosity)
+    return Linearization(state, wall, damping.tau, sector)
+
+
+def leading(state: State, wall: Any, damping: Damping, sector_on: Callable[[Mesh], Sector], count: int) -> list[Mode]:
+    """The `count` modes of largest growth rate in the sector that `sector_on` gives for a mesh.
+
+    Oscillations are looked for on a coarse mesh, where that is cheap, and found again on that of the state.
+    """
+    whole, mesh = linearized(state, wall, damping, sector_on(state.mesh)), ladder(state.mesh)[0]
+    if mesh is state.mesh:
+        return whole.leading(count)
+    rough = linearized(regrid(state, mesh), wall, damping, sector_on(mesh))
+    return whole.leading(count, [mode.growth_rate for mode in rough.leading(count + SPARE)])
 
 
 def growth_rate(growths: list[Growth]) -> float:
@@ -48,34 +84,34 @@ def growth_rate(growths: list[Growth]) -> float:
     return max(growth.rate for growth in growths)
 
 
-def whole_sector(steady: SteadyState, tau: float) -> Iterator[Growth]:
+def whole_sector(steady: SteadyState, damping: Damping, count: int) -> Iterator[Growth]:
     """All perturbations."""
-    balance = steady.balance
-    sector = replace(even(balance.mesh), name="all")
-    modes = Linearization(steady.state, balance.wall, tau, sector, balance.faces).leading()
-    yield Growth(sector.name, modes)
+    name = "all"
+    modes = leading(steady.state, steady.balance.wall, damping, lambda mesh: replace(even(mesh), name=name), count)
+    yield Growth(name, modes)
 
 
-def mirror_sectors(steady: SteadyState, tau: float) -> Iterator[Growth]:
+def mirror_sectors(steady: SteadyState, damping: Damping, count: int) -> Iterator[Growth]:
     """Perturbations that are even, and odd, about the middle of the box."""
     state, wall = steady.state, steady.balance.wall
     half = lower_half(state)
     mirrors = (0, -1) if state.mesh.periodic[1] else (-1,)
-    for sector, parity in ((even(half.mesh), 1.0), (odd(half.mesh, mirrors), -1.0)):
-        modes = Linearization(half, wall, tau, sector).leading()
-        yield Growth(sector.name, [mapped(mode, lambda field: unfolded(field, parity)) for mode in modes])  # noqa: B023
+    for sector_on, parity in ((even, 1.0), (partial(odd, sides=mirrors), -1.0)):
+        modes = leading(half, wall, damping, sector_on, count)
+        along, across = partial(unfolded, parity=parity), partial(unfolded, parity=-parity)
+        yield Growth(sector_on(half.mesh).name, [mapped(mode, along, across) for mode in modes])
 
 
-def extended_sectors(steady: SteadyState, tau: float) -> Iterator[Growth]:
+def extended_sectors(steady: SteadyState, damping: Damping, count: int) -> Iterator[Growth]:
     """Perturbations with 0, 1, 2 ... half-waves in y, until their growth rates have begun to fall."""
     mesh, wall = steady.balance.mesh, steady.balance.wall
     line = first_column(steady.state)
     rates: list[float] = []
     for wave in waves_on(mesh):
         sector = wave_sector(line.mesh, mesh.cells[1], mesh.aspect_ratio, wave)
-        modes = Linearization(line, wall, tau, sector).leading()
-        shape = cosine_averages(mesh, wave)
-        found = Growth(sector.name, [mapped(mode, lambda field: field * shape) for mode in modes])  # noqa: B023
+        modes = linearized(line, wall, damping, sector).leading(count)
+        along, across = (partial(np.multiply, shape(mesh, wave)) for shape in (cosine_averages, sine_averages))
+        found = Growth(sector.name, [mapped(mode, along, across) for mode in modes])
         yield found
         rates.append(found.rate)
         if len(rates) > DECLINES + 1 and all(np.diff(rates[-DECLINES - 1 :]) < 0.0):
@@ -124,27 +160,22 @@ def unfolded(field: np.ndarray, parity: float) -> np.ndarray:
     return np.concatenate([field, parity * field[:, ::-1]], axis=1)
 
 
-def mapped(mode: Mode, change: Any) -> Mode:
-    """The mode with its fields changed."""
-    fields = (change(field) for field in (mode.density, mode.temperature, mode.potential))
-    return Mode(mode.growth_rate, mode.sector, *fields)
+def mapped(mode: Mode, along: Change, across: Change) -> Mode:
+    """The mode on the whole box, by a change of its fields; `across` is that of the momentum in y."""
+    density, temperature, momentum_x = (along(field) for field in (mode.density, mode.temperature, mode.momentum_x))
+    return Mode(mode.growth_rate, mode.sector, density, temperature, momentum_x, across(mode.momentum_y))
+
+
+def size(state: State, mode: Mode) -> float:
+    """The largest relative change of density by a mode, or the largest Mach number if that is more."""
+    speed = np.hypot(mode.momentum_x.real, mode.momentum_y.real) / state.density
+    changes = np.abs(mode.density.real) / state.density
+    return float(max(np.max(changes), np.max(speed / state.sound_speed)))
 
 
 def with_mode(state: State, mode: Mode, amplitude: float) -> State:
-    """The state plus the real part of a mode whose largest relative change of density is `amplitude`."""
-    scale = amplitude / float(np.max(np.abs(mode.density.real) / state.density))
+    """The state plus the real part of a mode of the size `amplitude`."""
+    scale = amplitude / size(state, mode)
     n, T = state.density + scale * mode.density.real, state.temperature + scale * mode.temperature.real
-    psi = scale * mode.potential.real
-    momentum_x, momentum_y = (-slope for slope in gradient(psi, state.mesh))
+    momentum_x, momentum_y = scale * mode.momentum_x.real, scale * mode.momentum_y.real
     return State.of(state.gas, state.mesh, n, T, (momentum_x / n, momentum_y / n))
-
-
-def gradient(field: np.ndarray, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Slopes at cell centres of a field that is even about all walls: means of those at the two faces."""
-    slopes = []
-    for axis, centres in enumerate((mesh.x, mesh.y)):
-        lines = np.moveaxis(field, axis, -1)
-        faces = np.diff(lines, axis=-1) / np.diff(centres)
-        closed = np.concatenate([np.zeros_like(lines[..., :1]), faces, np.zeros_like(lines[..., :1])], axis=-1)
-        slopes.append(np.moveaxis(0.5 * (closed[..., 1:] + closed[..., :-1]), -1, axis))
-    return slopes[0], slopes[1]

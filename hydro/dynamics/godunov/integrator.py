@@ -21,7 +21,7 @@ from hydro.choices import LIMITERS, RIEMANN_SOLVERS
 from hydro.dynamics.godunov import hancock, heat
 from hydro.dynamics.godunov.fallback import Fallen, careful
 from hydro.dynamics.godunov.ghosts import fill_ghosts
-from hydro.dynamics.integrator import Integrator, flow_accounts, flow_limits
+from hydro.dynamics.integrator import Integrator, Remedy, flow_accounts, flow_limits
 from hydro.errors import StepRejected
 from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
@@ -52,6 +52,7 @@ class Godunov(Integrator):
     """
 
     remembered: ClassVar = {**REMEMBERED, **COUNTS}
+    remedies = (Remedy("scheme.limiter=minmod", lambda deck: deck.scheme.limiter != "minmod"),)
     seconds_per_cell_step, bytes_per_cell = 8e-8, 176
 
     @staticmethod

@@ -8,6 +8,7 @@ from hydro.dynamics.lagrange.rows import add_difference, copy_row
 from hydro.fields import MX, MY, E, N, P, U, V
 from hydro.jit import kernel, part
 from hydro.mesh import GHOSTS
+from hydro.state import ROUND_OFF
 
 TIGHT = 0.02  # 1 - n/n_p, below which the error of pressure counts less
 
@@ -112,12 +113,13 @@ def unforeseen_row(
         n = density[j]
         over = 1.0 / n
         u, v = momentum_x[j] * over, momentum_y[j] * over
-        T = energy[j] * over - 0.5 * (u * u + v * v)
+        kinetic = 0.5 * (u * u + v * v)
+        T = energy[j] * over - kinetic
         p = gas.pressure(n, T)
         over_c = 1.0 / gas.sound_speed_at_pressure(n, p)
         in_n, in_p = n_ahead[j] * over - 1.0, min(1.0, gas.gap(n) / TIGHT) * (p_ahead[j] / p - 1.0)
         in_u, in_v = (u_ahead[j] - u) * over_c, (v_ahead[j] - v) * over_c
         total += width * dy[j] * (in_n * in_n + in_p * in_p + in_u * in_u + in_v * in_v)
         area += width * dy[j]
-        outside += 0 if (n > 0.0) & (n < packed) & (T > 0.0) else 1
+        outside += 0 if (n > 0.0) & (n < packed) & (ROUND_OFF * kinetic < T) else 1
     return total, area, outside

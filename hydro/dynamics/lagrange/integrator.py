@@ -11,7 +11,7 @@ import numpy as np
 from hydro.accounts import COLLISIONS, INTERNAL, WALL, Amounts
 from hydro.choices import LIMITERS
 from hydro.dynamics import multigrid
-from hydro.dynamics.integrator import Integrator, flow_accounts, flow_limits
+from hydro.dynamics.integrator import Integrator, Remedy, flow_accounts, flow_limits
 from hydro.dynamics.lagrange.balance import balance, find_closures
 from hydro.dynamics.lagrange.cold import SHARE as COLD
 from hydro.dynamics.lagrange.cold import ColdCells
@@ -64,6 +64,10 @@ class LagrangeRemap(Integrator):
         "exchange": ("energies exchanged in the last step, in the order of the ledger", "n_c T_* L_x^2"),
         **REMEMBERED,
     }
+    remedies = (
+        Remedy("time.integrator=godunov", lambda deck: True),
+        Remedy("time.integrator=godunov scheme.limiter=minmod", lambda deck: True),
+    )
     seconds_per_cell_step, bytes_per_cell = 5e-7, 590
 
     @staticmethod
