@@ -25,6 +25,7 @@ SMALL = {
     "sod": ("mesh.cells=[100,4]",),
     "cooling": ("mesh.cells=[8,8]",),
     "noise": ("mesh.cells=[16,32]", "time.end=5.0", "output.times=[5.0]"),
+    "free_cooling": ("mesh.cells=[16,16]", "time.end=2.0", "output.times=[2.0]", "output.movie=false"),
     "coarsening": ("mesh.cells=[8,64]", "time.end=5.0", "output.times=[5.0]"),
     "experiment": ("mesh.cells=[16,32]", "time.end=5.0", "output.times=[5.0]"),
     "experiment_stable": ("mesh.cells=[16,16]", "time.end=5.0", "output.times=[5.0]"),
@@ -70,6 +71,7 @@ SMALL = {
     ),
     "branches": ("mesh.cells=[16,16]", "branch.samples=9", "branch.step=0.5"),
     "grains_cooling": ("time.end=1.0", "output.times=[1.0]"),
+    "grains_free_cooling": ("gas.f=0.02", "time.end=1.0", "output.times=[1.0]", "output.history_every=0.1"),
     "grains_extended": ("time.end=0.1", "output.times=[0.1]", "grains.window=0.1"),
     "grains_small": ("time.end=0.1", "output.times=[0.1]", "grains.window=0.1"),
     "grains_seeds": (
@@ -124,7 +126,8 @@ def grains_norms(folder: Path) -> dict[str, float]:
     """How many there are and what they have done: little, for collisions magnify rounding."""
     summary = summary_of(folder)
     ledger, last = summary["energy_ledger"], summary["snapshots"][-1]
-    measured = {key: last[key] for key in ("wall_max", "wall_min", "gas_density", "thermal_energy")}
+    told = ("wall_max", "wall_min", "gas_density", "mean_temperature", "thermal_energy")
+    measured = {key: last[key] for key in told if key in last}
     return {"grains": summary["grains"], "collisions": summary["collisions"], "lost": ledger["collisions"], **measured}
 
 
