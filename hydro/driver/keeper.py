@@ -130,6 +130,7 @@ class Keeper:
             "steps": run.steps,
             "rejected_steps": run.rejected,
             "steps_by": run.set_by,
+            **run.integrator.resolution(),
             "wall_seconds": seconds,
             "cell_updates_per_second": run.steps * state.density.size / seconds,
             "peak_memory_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,

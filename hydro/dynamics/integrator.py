@@ -67,6 +67,10 @@ class Integrator(Protocol):
         """What `steps` steps have come to, and the unit: what the speed of a run is told in."""
         return steps, "steps"
 
+    def resolution(self) -> dict[str, Any]:
+        """What the summary says of sound: whether the steps so far have resolved it."""
+        return {"sound_resolved": True}
+
     def memory(self) -> dict[str, np.ndarray]:
         """What has to be remembered, beside the state, to go on with the same bits; named as in `remembered`."""
 

@@ -142,10 +142,11 @@ def sound_and_shocks(full: bool) -> Findings:
 
 @measurement(TOPIC, "Hard shocks")
 def hard_shocks(full: bool) -> Findings:
-    """Problems at which this integrator once stalled or rang, and 12 random ones: log n uniform from 1e-4 to 0.85, u from
-    -2 to 2, log T from 0.1 to 10 (4 of them in the short version).
+    """Problems at which this integrator once stalled or rang, and 12 random ones (4 in the short version).
 
-    By default settings, beside `godunov`. An overshoot is claimed where the exact solution can be seen on the mesh:
+    The latter: log n uniform from 1e-4 to 0.85, u from -2 to 2, log T from 0.1 to 10.
+
+    All by default settings, beside `godunov`. An overshoot is claimed where the exact solution can be seen on the mesh:
     thin gas that dense gas pushes is compressed within a few cells, and there both integrators keep the error of the
     first steps. A run that stalls has no error, and fails the claim of its problem.
     """

@@ -17,6 +17,7 @@ from hydro.dynamics.lagrange.completion import complete
 from hydro.dynamics.lagrange.extrapolation import extrapolation_error, first_guess, look_ahead, unforeseen_change
 from hydro.dynamics.lagrange.jacobian import correct, find_jacobian
 from hydro.dynamics.lagrange.shocks import CROSSING, Shocks
+from hydro.dynamics.lagrange.sound import Sound, Unresolved
 from hydro.dynamics.lagrange.transport import carry, face_momenta, sweep_rate
 from hydro.dynamics.lagrange.workspace import Work
 from hydro.errors import StepRejected
@@ -59,6 +60,10 @@ class LagrangeRemap(Integrator):
         "span": ("product of the steps of that extrapolation", "L_x^2/T_*"),
         "steps": ("the last step, and the largest that the error allows for the next", "L_x/T_*^(1/2)"),
         "shared": ("whether faces share their momentum with cells by mass", "1"),
+        "unresolved_sound": (
+            "sound not resolved: largest amplitude, fewest steps in a period, shortest period",
+            "1, 1, L_x/T_*^(1/2)",
+        ),
         "exchange": ("energies exchanged in the last step, in the order of the ledger", "n_c T_* L_x^2"),
         **REMEMBERED,
     }
@@ -90,6 +95,7 @@ class LagrangeRemap(Integrator):
         self._geometry, self._work = Geometry.of(mesh), Work.of(mesh)
         self.stresses = self.terms.stresses(gas, self.boundary, mesh)
         self._shocks = Shocks(gas, self.boundary, mesh)
+        self._unresolved = Unresolved()
         self._hierarchy = multigrid.Hierarchy(mesh)
         self._last = np.zeros((4, *mesh.cells))  # the state before
         self._momentum, self._momentum_before, self._pushed = (Faces.of(mesh) for _ in range(3))
@@ -147,6 +153,7 @@ class LagrangeRemap(Integrator):
         powers.add(self.terms.drag_losses(dragged))
         error = unforeseen_change(self.gas, self._geometry, self._next, work)
         self._choose_step(error, dt, State(self.gas, self.mesh, self._next))
+        self._unresolved.note(Sound.measured(self.mesh, state.conserved, self._shocks.pressure, self._shocks.sound), dt)
         self._span[0] = span
         extrapolation_error(self.gas, work.ahead, P, T, self._extrapolation_error)
         self._last[:] = state.conserved
@@ -258,6 +265,10 @@ class LagrangeRemap(Integrator):
         self._exchange += h * np.array([powers[account.name] for account in self.accounts])
         return {account.name: float(energy) for account, energy in zip(self.accounts, self._exchange, strict=True)}
 
+    def resolution(self) -> dict[str, Any]:
+        """Whether the steps so far have resolved the sound that was there."""
+        return self._unresolved.summary()
+
     def memory(self) -> dict[str, np.ndarray]:
         """Copies of what `remembered` names."""
         now, before = self._momentum, self._momentum_before
@@ -271,6 +282,7 @@ class LagrangeRemap(Integrator):
             "span": self._span,
             "steps": self._steps,
             "shared": self._work.shared,
+            "unresolved_sound": self._unresolved.memory,
             "exchange": self._exchange,
         }
         return {name: values.copy() for name, values in kept.items()} | self.boundary.temperatures()
@@ -285,4 +297,5 @@ class LagrangeRemap(Integrator):
         self._extrapolation_error[:], self._span[:] = memory["extrapolation_error"], memory["span"]
         self._steps[:], self._exchange[:] = memory["steps"], memory["exchange"]
         self._work.shared[:] = memory["shared"]
+        self._unresolved.memory[:] = memory["unresolved_sound"]
         self.boundary.take_temperatures(memory)

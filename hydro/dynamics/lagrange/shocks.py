@@ -93,6 +93,11 @@ class Shocks:
         """Pressure of the surveyed state, (nx, ny)."""
         return self._pressure
 
+    @property
+    def sound(self) -> np.ndarray:
+        """Its sound speed, (nx, ny)."""
+        return self._sound
+
 
 @inline(exact=True)
 def ramp(value, ends):
