@@ -10,6 +10,7 @@ import numpy as np
 from hydro.check.regime import FLUID, Grains, Place, regime, stripe_of
 from hydro.choices import INTEGRATORS
 from hydro.deck import EvolutionDeck
+from hydro.dynamics.lagrange.sound import RESOLVED, Sound, foreseen_steps, resolving_step
 from hydro.exact.cooling_modes import critical_wave_numbers
 from hydro.initial import initial_state
 from hydro.observables.cooling import cools_freely
@@ -131,7 +132,8 @@ def over(length: float, number: float) -> float:
 def warnings(deck: EvolutionDeck, state: State) -> list[str]:
     """Where the assumptions behind the equations, or the mesh, are in doubt."""
     mach, width = initial_mach(state), max(float(state.mesh.dx.min()), float(state.mesh.dy.max()))
-    length = thermal_length(state)
+    length, sound = thermal_length(state), Sound.of(state)
+    steps = sound_steps(deck, sound)
     verdicts = [
         (
             deck.gas.f is not None and not math.isclose(deck.gas.f, mean_density(state), rel_tol=1e-9),
@@ -148,12 +150,24 @@ def warnings(deck: EvolutionDeck, state: State) -> list[str]:
             "comes only after that has died",
         ),
         (
+            deck.time.integrator == "lagrange-remap" and sound.amplitude > 0.0 and steps < RESOLVED,
+            f"sound is not resolved: its amplitude is {sound.amplitude:.2g} at the start, and time.tolerance = "
+            f"{deck.time.tolerance:g} leaves about {steps:.1f} steps to a period of {sound.period:.3g} of the slowest, "
+            f"where {RESOLVED:g} are needed; time.dt_max = {resolving_step(sound.period):.2g} follows it",
+        ),
+        (
             float(state.density.max()) > FLUID[0],
             f"n = {state.density.max():.3g} at the start: disks crystallize above {FLUID[0]}, the equation of state "
             "is an interpolation there",
         ),
     ]
     return [text for holds, text in verdicts if holds]
+
+
+def sound_steps(deck: EvolutionDeck, sound: Sound) -> float:
+    """Steps in a period of the slowest sound, as the tolerance and time.dt_max have them."""
+    longest = deck.time.dt_max or math.inf
+    return max(foreseen_steps(sound.amplitude, deck.time.tolerance), sound.period / longest)
 
 
 def driven_temperature(deck: EvolutionDeck, state: State) -> float:

@@ -150,6 +150,7 @@ class Keeper:
             "steps_by": run.set_by,
             **run.integrator.counts(),
             **run.reading,
+            **run.integrator.resolution(),
             "wall_seconds": seconds,
             "cell_updates_per_second": run.steps * state.density.size / seconds,
             "peak_memory_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,

@@ -80,6 +80,10 @@ class Integrator(Protocol):
         """How often something out of the ordinary was done so far, by name, for history and summary."""
         return {}
 
+    def resolution(self) -> dict[str, Any]:
+        """What the summary says of sound: whether the steps so far have resolved it."""
+        return {"sound_resolved": True}
+
     def memory(self) -> dict[str, np.ndarray]:
         """What has to be remembered, beside the state, to go on with the same bits; named as in `remembered`."""
 

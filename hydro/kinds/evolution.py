@@ -60,6 +60,18 @@ def closing(summary: dict[str, Any]) -> list[str]:
         *map(seen.closing_line, summary["snapshots"]),
         f"{summary['steps']} steps ({summary['rejected_steps']} rejected) in {summary['wall_seconds']:.1f} s; "
         f"mass drift {summary['mass_drift']:.1e}, energy residual {summary['energy_ledger']['residual']:.1e}",
+        *unresolved(summary),
+    ]
+
+
+def unresolved(summary: dict[str, Any]) -> list[str]:
+    """A line on sound that the steps did not resolve, if there was any."""
+    if summary["sound_resolved"]:
+        return []
+    steps, amplitude, dt = (summary[key] for key in ("steps_per_sound_period", "unresolved_sound", "dt_for_sound"))
+    return [
+        f"sound of an amplitude of {amplitude:.1e} was not resolved and is damped by the scheme: "
+        f"down to {steps:.1f} steps in the period of the slowest; time.dt_max = {dt:.2g} follows it"
     ]
 
 

@@ -80,6 +80,34 @@ PROBLEMS = [
 ]
 
 
+def thermal(density: float, velocity: float, temperature: float) -> PrimitiveState:
+    """The state of a temperature."""
+    return PrimitiveState(density, velocity, float(IDEAL.pressure(density, temperature)))
+
+
+HARD = [
+    Problem("mild shocks", thermal(0.21, 0.35, 0.7), thermal(0.48, -0.2, 0.15)),
+    Problem("pressure ratio 1e4", PrimitiveState(0.1, 0.0, 1e4), PrimitiveState(0.1, 0.0, 1.0)),
+    Problem("impact on n = 0.85", thermal(0.05, 2.0, 0.1), thermal(0.85, 0.0, 0.1)),
+    Problem("into n = 1e-4", thermal(0.3, 0.0, 1.0), thermal(1e-4, 0.0, 1.0)),
+]
+
+
+def random_problems(count: int = 12, seed: int = 16) -> list[Problem]:
+    """Problems without vacuum: log n uniform from 1e-4 to 0.85, u from -2 to 2, log T from 0.1 to 10."""
+    generator, problems = np.random.default_rng(seed), []
+    while len(problems) < count:
+        draws = generator.uniform(0.0, 1.0, (2, 3))
+        sides = [thermal(1e-4 * 8500.0**n, 4.0 * u - 2.0, 0.1 * 100.0**T) for n, u, T in draws.tolist()]
+        problem = Problem(f"random {len(problems) + 1}", *sides)
+        try:
+            problem.solution  # noqa: B018, whether there is one
+        except ValueError:
+            continue
+        problems.append(problem)
+    return problems
+
+
 @dataclass(frozen=True)
 class Outcome:
     """A calculated line of cells and the exact one: (3, cells) densities, velocities and pressures."""

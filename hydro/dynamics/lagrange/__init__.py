@@ -18,6 +18,8 @@ as backward Euler: sound that is not resolved dies. Steps are limited by the rem
     balance         what is missing in the balances of mass and energy of every cell
     jacobian        derivatives of the balances
     completion      the new state from pressure and temperature
+    shocks          what is done where the gas is not smooth
+    sound           whether the steps resolve the sound that is there
 
 Stresses act, implicitly, on velocities that are found before the pressure is (see `hydro.terms.viscosity`).
 

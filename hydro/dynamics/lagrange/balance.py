@@ -49,7 +49,7 @@ def balance(geometry, sides, P, T, h, drag, work, right):
     slow = 1.0 / (1.0 + h * drag)
     for i in range(P.shape[0]):
         low, high = flux_lines(geometry, sides, P, T, h, slow, work, i)
-        cell_momenta(work.lines, low, high, P.shape[1])
+        cell_momenta(geometry, work, low, high, i)
         balance_row(geometry, T[i], h, drag, work, low, high, i, right[i])
 
 
@@ -136,13 +136,43 @@ def side_along(geometry, sides, work, i):
 
 
 @part(exact=True)
-def cell_momenta(lines, low, high, count):
-    """Momentum of a row of cells after pressure and drag have acted: the mean of its faces', into two lines."""
+def cell_momenta(geometry, work, low, high, i):
+    """Momentum of a row of cells after pressure and drag have acted, into two lines: the mean of its faces'.
+
+    From the first violent cell of a run on, faces share theirs in proportion to density (see `shocks`).
+    """
+    lines = work.lines
     below, above, along = lines[low], lines[high], lines[ALONG]
     in_x, in_y = lines[CELL_MOMENTUM], lines[CELL_MOMENTUM + 1]
-    for j in range(np.uint64(count)):
+    if work.shared[0]:
+        share_across(geometry, work.density, below, above, i, in_x)
+        share_along(geometry, work.density[i], along, in_y)
+        return
+    for j in range(np.uint64(work.density.shape[1])):
         in_x[j] = 0.5 * (below[j] + above[j])
         in_y[j] = 0.5 * (along[j] + along[j + ONE])
+
+
+@part(exact=True)
+def share_across(geometry, density, below, above, i, out):
+    """Momentum along x of row i, from its shares of the faces below and above; the shares of a face add up to one."""
+    last = density.shape[0] - 1
+    behind = density[i - 1 if i > 0 else (last if geometry.periodic_x else 0)]
+    ahead = density[i + 1 if i < last else (0 if geometry.periodic_x else last)]
+    for j in range(density.shape[1]):
+        n = density[i, j]
+        out[j] = n * (below[j] / (n + behind[j]) + above[j] / (n + ahead[j]))
+
+
+@part(exact=True)
+def share_along(geometry, density, along, out):
+    """The same along y."""
+    last = density.size - 1
+    for j in range(density.size):
+        below = density[j - 1 if j > 0 else (last if geometry.periodic_y else 0)]
+        above = density[j + 1 if j < last else (0 if geometry.periodic_y else last)]
+        n = density[j]
+        out[j] = n * (along[j] / (n + below) + along[j + 1] / (n + above))
 
 
 @part(exact=True)

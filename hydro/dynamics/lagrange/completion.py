@@ -32,7 +32,7 @@ def complete(geometry, sides, P, T, h, drag, power, added, work, state, momentum
         if i == nx - 1:
             mass_in -= total(lines[high + MASS_LINE, :ny])
             energy_in -= total(lines[high + ENERGY_LINE, :ny])
-        cell_momenta(lines, low, high, ny)
+        cell_momenta(geometry, work, low, high, i)
         state_row(work.density[i], T[i], lines, state[N, i], state[MX, i], state[MY, i], state[E, i])
         sums = sums_of_row(
             state[N, i], state[MX, i], state[MY, i], state[E, i], work.cooling[i], work.base[N, i], work.base[E, i],

@@ -84,18 +84,19 @@ def extrapolation_error(gas, ahead, pressure, temperature, error):
 
 
 @kernel
-def unforeseen_change(gas, geometry, state, ahead):
+def unforeseen_change(gas, geometry, state, work):
     """Root mean square, over the box, of what the extrapolation (n, u, v, p) missed; infinite out of bounds.
 
-    Density and pressure relative, velocity against sound. Where gaps between grains are less than TIGHT of their
-    distance, pressure is as little known as they are: there it counts in proportion to the gap.
+    Density and pressure relative, velocity against sound; violent cells do not count, for no jump can be foreseen.
+    Where gaps between grains are less than TIGHT of their distance, pressure is as little known as they are: there it
+    counts in proportion to the gap.
     """
-    total, area = 0.0, 0.0
+    total, area, ahead = 0.0, 0.0, work.ahead
     for i in range(state.shape[1]):
         k, width = i + GHOSTS, geometry.scale[i] * geometry.dx[i]
         missed, covered, outside = unforeseen_row(
             gas, width, geometry.dy, state[N, i], state[MX, i], state[MY, i], state[E, i],
-            ahead[N, k], ahead[U, k], ahead[V, k], ahead[P, k],
+            ahead[N, k], ahead[U, k], ahead[V, k], ahead[P, k], work.violence[i],
         )  # fmt: skip
         if outside > 0:
             return np.inf
@@ -105,7 +106,7 @@ def unforeseen_change(gas, geometry, state, ahead):
 
 @part
 def unforeseen_row(
-    gas, width, dy, density, momentum_x, momentum_y, energy, n_ahead, u_ahead, v_ahead, p_ahead
+    gas, width, dy, density, momentum_x, momentum_y, energy, n_ahead, u_ahead, v_ahead, p_ahead, violence
 ):  # fmt: skip
     """Of one row: the sum of squares, times areas, of what was missed; the area; how many cells are out of bounds."""
     total, area, outside, packed = 0.0, 0.0, 0, gas.packing_density()
@@ -119,7 +120,7 @@ def unforeseen_row(
         over_c = 1.0 / gas.sound_speed_at_pressure(n, p)
         in_n, in_p = n_ahead[j] * over - 1.0, min(1.0, gas.gap(n) / TIGHT) * (p_ahead[j] / p - 1.0)
         in_u, in_v = (u_ahead[j] - u) * over_c, (v_ahead[j] - v) * over_c
-        total += width * dy[j] * (in_n * in_n + in_p * in_p + in_u * in_u + in_v * in_v)
+        total += (1.0 - violence[j]) * width * dy[j] * (in_n * in_n + in_p * in_p + in_u * in_u + in_v * in_v)
         area += width * dy[j]
         outside += 0 if (n > 0.0) & (n < packed) & (ROUND_OFF * kinetic < T) else 1
     return total, area, outside

@@ -18,6 +18,8 @@ from hydro.dynamics.lagrange.cold import ColdCells
 from hydro.dynamics.lagrange.completion import complete
 from hydro.dynamics.lagrange.extrapolation import extrapolation_error, first_guess, look_ahead, unforeseen_change
 from hydro.dynamics.lagrange.jacobian import correct, find_jacobian
+from hydro.dynamics.lagrange.shocks import CROSSING, Shocks
+from hydro.dynamics.lagrange.sound import Sound, Unresolved
 from hydro.dynamics.lagrange.transport import carry, face_momenta, sweep_rate
 from hydro.dynamics.lagrange.workspace import Work
 from hydro.errors import StepRejected
@@ -48,7 +50,7 @@ class LagrangeRemap(Integrator):
     walls: the law of the driving wall at x = 1, or `Walls`. terms: beside flow and heat; see `hydro.terms`. cfl:
     largest share of a cell that a face may sweep in a step. tolerance: largest root mean square change, relative, of
     density and pressure (and of the velocity, against sound) that the last two states do not foresee. elastic_below:
-    see `hydro.gas.elastic`. State and work space take 590 bytes per cell. ValueError for a mesh of a single cell in a
+    see `hydro.gas.elastic`. State and work space take 622 bytes per cell. ValueError for a mesh of a single cell in a
     direction.
     """
 
@@ -61,6 +63,11 @@ class LagrangeRemap(Integrator):
         "extrapolation_error": ("what the last extrapolation missed of pressure and temperature", "n_c T_*, T_*"),
         "span": ("product of the steps of that extrapolation", "L_x^2/T_*"),
         "steps": ("the last step, and the largest that the error allows for the next", "L_x/T_*^(1/2)"),
+        "shared": ("whether faces share their momentum with cells by mass", "1"),
+        "unresolved_sound": (
+            "sound not resolved: largest amplitude, fewest steps in a period, shortest period",
+            "1, 1, L_x/T_*^(1/2)",
+        ),
         "exchange": ("energies exchanged in the last step, in the order of the ledger", "n_c T_* L_x^2"),
         **REMEMBERED,
     }
@@ -68,7 +75,7 @@ class LagrangeRemap(Integrator):
         Remedy("time.integrator=godunov", lambda deck: True),
         Remedy("time.integrator=godunov scheme.limiter=minmod", lambda deck: True),
     )
-    seconds_per_cell_step, bytes_per_cell = 5e-7, 590
+    seconds_per_cell_step, bytes_per_cell = 5e-7, 622
 
     @staticmethod
     def options(deck: Any) -> dict[str, Any]:
@@ -98,11 +105,13 @@ class LagrangeRemap(Integrator):
             raise ValueError(f"{mesh.cells} cells: two or more are needed in both directions")
         self.gas, self.mesh, self.terms, self.cfl, self.tolerance = gas, mesh, Terms(terms), cfl, tolerance
         self.elastic_below = elastic_below
-        self.accounts, self.step_limits = flow_accounts(self.terms), flow_limits(self.terms)
+        self.accounts, self.step_limits = flow_accounts(self.terms), (*flow_limits(self.terms), "shock")
         self.limiter, self.boundary = LIMITERS[limiter], Boundary(gas, walls, mesh)
         self._geometry, self._work = Geometry.of(mesh), Work.of(mesh)
         self.stresses = self.terms.stresses(gas, self.boundary, mesh)
         self._cold = ColdCells(gas, self._geometry, self.boundary.sides, mesh)
+        self._shocks = Shocks(gas, self.boundary, mesh)
+        self._unresolved = Unresolved()
         self._hierarchy = multigrid.Hierarchy(mesh)
         self._last = np.zeros((4, *mesh.cells))  # the state before
         self._momentum, self._momentum_before, self._pushed = (Faces.of(mesh) for _ in range(3))
@@ -117,6 +126,7 @@ class LagrangeRemap(Integrator):
 
     def limits(self, state: State) -> dict[str, float]:
         """What the remap and the error of the last step allow; for the first step, a share of the time of sound."""
+        self._survey(state)
         last, allowed = self._steps
         if last == 0.0:
             c = self.gas.sound_speed(state.density, state.temperature)
@@ -124,10 +134,12 @@ class LagrangeRemap(Integrator):
             return {"sound": FIRST_STEP * float(np.min(width / (c + state.speed))), **self.terms.limits(state)}
         swept = sweep_rate(self._velocity, self.mesh.dx, self.mesh.dy)
         remap = self.cfl / swept if swept > 0.0 else math.inf
-        return {"remap": remap, "error": float(allowed), **self.terms.limits(state)}
+        shock = CROSSING / self._shocks.rate if self._shocks.rate > 0.0 else math.inf
+        return {"remap": remap, "error": float(allowed), "shock": shock, **self.terms.limits(state)}
 
     def step(self, state: State, dt: float) -> dict[str, float]:
         """Advance `state` in place by `dt`; StepRejected leaves it untouched."""
+        self._survey(state)
         ratio = self._extrapolate(state, dt)
         h, drag = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio), self.terms.drag_rate
         work, (P, T) = self._work, self._unknowns
@@ -136,8 +148,9 @@ class LagrangeRemap(Integrator):
             work,
         )  # fmt: skip
         self._cold.carry(self.limiter, self._velocity, work)
+        self._shocks.steer(self.limiter, self._velocity, h, work)
         powers = self._add_terms(state.time + dt, h)
-        self._apply_stresses(state.pressure, h, drag)
+        self._apply_stresses(h, drag)
         span = dt * (dt + self._steps[0]) if ratio > 0.0 else 0.0
         first_guess(
             self.gas, work.ahead, self._extrapolation_error, span / self._span[0] if self._span[0] > 0.0 else 0.0, P, T
@@ -149,15 +162,24 @@ class LagrangeRemap(Integrator):
         )
         powers[INTERNAL.name] = added / h
         powers.add(self.terms.drag_losses(dragged))
-        error = unforeseen_change(self.gas, self._geometry, self._next, work.ahead)
+        error = unforeseen_change(self.gas, self._geometry, self._next, work)
         self._choose_step(error, dt, State(self.gas, self.mesh, self._next))
+        self._unresolved.note(Sound.measured(self.mesh, state.conserved, self._shocks.pressure, self._shocks.sound), dt)
         self._span[0] = span
         extrapolation_error(self.gas, work.ahead, P, T, self._extrapolation_error)
         self._last[:] = state.conserved
         self._momentum_before, self._momentum, self._pushed = self._momentum, self._pushed, self._momentum_before
         state.conserved[:] = self._next
+        self._shocks.forget()
         state.time += dt
         return self._book(powers, ratio, h)
+
+    def _survey(self, state: State) -> None:
+        """Look for shocks. From the first of a run on faces share their momentum by mass; steps start anew with it."""
+        self._shocks.survey(state.conserved, self._work)
+        if self._shocks.rate > 0.0 and not self._work.shared[0]:
+            self._work.shared[0] = True
+            self._steps[:] = 0.0
 
     def _extrapolate(self, state: State, dt: float) -> float:
         """Look ahead from the last two states, or from the last one; returns the ratio of the steps, zero for one."""
@@ -204,19 +226,20 @@ class LagrangeRemap(Integrator):
             for account, force in self.terms.forces(time, ahead)
         ]
 
-    def _apply_stresses(self, pressure: np.ndarray, h: float, drag: float) -> None:
-        """Stresses over `h`, into what the balances start from; `pressure` is that of the last state.
+    def _apply_stresses(self, h: float, drag: float) -> None:
+        """Stresses over `h`, into what the balances start from, and artificial viscosity.
 
         Velocities are found under a pressure halfway to the extrapolated one: closer to the new one than that of the
         last state, while sound on the grid still dies; all of the extrapolation would let it swing for long.
         """
-        work = self._work
+        work, pressure = self._work, self._shocks.pressure
         for stress in self.stresses:
             halfway = 0.5 * (pressure + work.foreseen(P))
             heating = stress.implicit(
                 self._velocity, work.foreseen(N), work.foreseen(P), halfway, h, drag, work.momentum, work.base[E]
             )
             self._cold.add_heat(heating, h)
+        self._shocks.resist(self._velocity, h, drag, work)
 
     def _find_heat(self) -> float:
         """Closures and the heat of the walls for the unknowns; returns the power of the walls."""
@@ -271,6 +294,10 @@ class LagrangeRemap(Integrator):
         self._exchange += h * np.array([powers[account.name] for account in self.accounts])
         return {account.name: float(energy) for account, energy in zip(self.accounts, self._exchange, strict=True)}
 
+    def resolution(self) -> dict[str, Any]:
+        """Whether the steps so far have resolved the sound that was there."""
+        return self._unresolved.summary()
+
     def memory(self) -> dict[str, np.ndarray]:
         """Copies of what `remembered` names."""
         now, before = self._momentum, self._momentum_before
@@ -283,18 +310,23 @@ class LagrangeRemap(Integrator):
             "extrapolation_error": self._extrapolation_error,
             "span": self._span,
             "steps": self._steps,
+            "shared": self._work.shared,
+            "unresolved_sound": self._unresolved.memory,
             "exchange": self._exchange,
         }
         return {name: values.copy() for name, values in kept.items()} | self.boundary.temperatures()
 
     def remember(self, memory: dict[str, np.ndarray]) -> None:
         """Take back what `memory` gave."""
+        self._shocks.forget()
         self._last[:] = memory["last"]
         self._momentum.x[:], self._momentum_before.x[:] = memory["momentum_x"]
         self._momentum.y[:], self._momentum_before.y[:] = memory["momentum_y"]
         self._velocity.x[:], self._velocity.y[:] = memory["velocity_x"], memory["velocity_y"]
         self._extrapolation_error[:], self._span[:] = memory["extrapolation_error"], memory["span"]
         self._steps[:], self._exchange[:] = memory["steps"], memory["exchange"]
+        self._work.shared[:] = memory["shared"]
+        self._unresolved.memory[:] = memory["unresolved_sound"]
         self.boundary.take_temperatures(memory)
 
 

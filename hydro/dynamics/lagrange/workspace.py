@@ -32,6 +32,8 @@ class Work(NamedTuple):
     kappa: np.ndarray  # (nx, ny)
     cooling: np.ndarray  # (nx, ny)
     kappa_slopes: np.ndarray  # (2, nx, ny), in P and in T
+    violence: np.ndarray  # (nx, ny), see `shocks`
+    shared: np.ndarray  # (1,), whether faces share their momentum by mass
     lines: np.ndarray  # (LINES, ny + 4), scratch
 
     @classmethod
@@ -40,7 +42,7 @@ class Work(NamedTuple):
         return cls(
             np.ones((4, nx + 2 * GHOSTS, ny)), np.zeros((4, nx, ny)), np.zeros((2, nx, ny)), np.zeros((2, nx + 1, ny)),
             np.zeros((2, nx, ny + 1)), Faces.of(mesh), np.zeros((nx, ny)), np.zeros((nx, ny)), np.zeros((nx, ny)),
-            np.zeros((2, nx, ny)), np.zeros((LINES, ny + 4)),
+            np.zeros((2, nx, ny)), np.zeros((nx, ny)), np.zeros(1, bool), np.zeros((LINES, ny + 4)),
         )  # fmt: skip
 
     def foreseen(self, field: int) -> np.ndarray:
