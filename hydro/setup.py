@@ -6,6 +6,7 @@ from typing import Any
 
 from hydro.choices import INTEGRATORS, TERMS
 from hydro.gas import Closure
+from hydro.gas.elastic import ELASTIC_BELOW
 from hydro.mesh import Mesh
 from hydro.state import State
 
@@ -43,6 +44,14 @@ def grain_diameter(deck: Any) -> float:
 def viscosity_of(deck: Any) -> float:
     """Viscosity over that of the closure; zero for decks that know none."""
     return getattr(deck.gas, "viscosity", 0.0)
+
+
+def elastic_below(deck: Any) -> float:
+    """The temperature below which collisions lose nothing: that of the deck, or the default before a heated wall."""
+    given = deck.gas.elastic_below
+    if given is not None:
+        return given
+    return ELASTIC_BELOW if hasattr(wall_of(deck), "face") else 0.0
 
 
 def integrator_of(deck: Any, state: State) -> Any:

@@ -15,7 +15,7 @@ from hydro.gas import Grossman
 from hydro.gas.elastic import inelastic_share, inelastic_share_slope
 from hydro.initial import initial_state
 from hydro.mesh import Mesh
-from hydro.setup import integrator_of
+from hydro.setup import elastic_below, integrator_of
 from hydro.state import State
 from hydro.walls import ElasticWall
 
@@ -97,3 +97,11 @@ def test_a_box_that_stalled_runs_to_its_end():
     run = march(state, integrator_of(deck, state), deck.time.end)
     assert run.steps < 3000 and state.temperature.min() > 0.0
     assert abs(run.ledger.balance(state.energy)["residual"]) < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "expected"),
+    [("fig4", (), 1e-8), ("fig4", ("gas.elastic_below=0",), 0.0), ("cooling", (), 0.0), ("free_cooling", (), 0.0)],
+)
+def test_collisions_are_elastic_in_cold_gas_where_a_wall_heats_it(name, settings, expected):
+    assert elastic_below(load(PROBLEMS / f"{name}.toml", settings)) == expected

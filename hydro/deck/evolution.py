@@ -10,7 +10,6 @@ from pydantic import Field, Strict, ValidationInfo, create_model, field_validato
 
 from hydro.choices import CLOSURES, INITIAL_STATES, INTEGRATORS, LIMITERS, RIEMANN_SOLVERS, SCALES, TERMS, WALLS
 from hydro.deck.sections import Box, ExperimentDeck, Gas, Mesh, Range, ViscousGas
-from hydro.gas.elastic import ELASTIC_BELOW
 from hydro.schema import (
     Chosen,
     Flag,
@@ -225,9 +224,10 @@ class EvolutionOutput(Output):
 class FlowingGas(ViscousGas):
     """The gas of a run."""
 
-    elastic_below: NonNegative = Field(
-        default=ELASTIC_BELOW,
-        description="temperature, over T_*, below which collisions lose nothing; 0 for none. It acts in packed cores",
+    elastic_below: NonNegative | None = Field(
+        default=None,
+        description="temperature, over T_*, below which collisions lose nothing; 0 for none. If it is not given: "
+        "1e-8 before a wall that heats the gas, where packed cores get as cold, else 0",
     )
 
 

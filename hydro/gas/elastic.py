@@ -14,7 +14,9 @@ from __future__ import annotations
 
 from hydro.methods import formula
 
-ELASTIC_BELOW = 1e-8  # T_e when nothing else is given: grains at 1e-4 of the speed of those at the driving wall
+ELASTIC_BELOW = (
+    1e-8  # T_e before a heated wall if a deck has none: grains 1e-4 times as fast as beside it
+)
 
 
 @formula

@@ -24,7 +24,7 @@ from numba import prange
 from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
 from hydro.gas.conduction import conducted_heat, face_conductance
-from hydro.gas.elastic import ELASTIC_BELOW, inelastic_share
+from hydro.gas.elastic import inelastic_share
 from hydro.jit import kernel, part
 from hydro.mesh import Geometry, Mesh
 from hydro.numerics.reduce import largest, store_largest, total
@@ -71,9 +71,7 @@ class HeatArrays(NamedTuple):
 class Heat:
     """Conduction, cooling and the heat of walls on a mesh."""
 
-    def __init__(
-        self, gas: Closure, boundary: Boundary, mesh: Mesh, threads: int, elastic_below: float = ELASTIC_BELOW
-    ):
+    def __init__(self, gas: Closure, boundary: Boundary, mesh: Mesh, threads: int, elastic_below: float = 0.0):
         self.gas, self.elastic_below, self.boundary, self.geometry = gas, elastic_below, boundary, Geometry.of(mesh)
         self.arrays = HeatArrays.of(mesh, threads)
 

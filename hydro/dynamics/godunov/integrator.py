@@ -25,10 +25,10 @@ from hydro.dynamics.integrator import Integrator, Remedy, flow_accounts, flow_li
 from hydro.errors import StepRejected
 from hydro.fields import MX, MY, E, N
 from hydro.gas import Closure
-from hydro.gas.elastic import ELASTIC_BELOW
 from hydro.jit import kernel, part
 from hydro.mesh import GHOSTS, Geometry, Mesh
 from hydro.numerics.reduce import store_largest
+from hydro.setup import elastic_below
 from hydro.state import ROUND_OFF, State, worst_cell
 from hydro.terms import Term, Terms
 from hydro.terms.together import Given
@@ -61,7 +61,7 @@ class Godunov(Integrator):
             "cfl": deck.time.cfl,
             "limiter": deck.scheme.limiter,
             "riemann": deck.scheme.riemann,
-            "elastic_below": deck.gas.elastic_below,
+            "elastic_below": elastic_below(deck),
         }
 
     def __init__(
@@ -73,7 +73,7 @@ class Godunov(Integrator):
         cfl: float = 0.8,
         limiter: str = "van_leer",
         riemann: str = "hllc_lm",
-        elastic_below: float = ELASTIC_BELOW,
+        elastic_below: float = 0.0,
     ):
         if any(count < GHOSTS and not wraps for count, wraps in zip(mesh.cells, mesh.periodic, strict=True)):
             raise ValueError(f"{mesh.cells} cells: {GHOSTS} or more are needed between walls")

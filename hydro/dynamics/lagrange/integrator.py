@@ -25,8 +25,8 @@ from hydro.dynamics.lagrange.workspace import Work
 from hydro.errors import StepRejected
 from hydro.fields import MX, MY, E, N, P, U, V
 from hydro.gas import Closure
-from hydro.gas.elastic import ELASTIC_BELOW
 from hydro.mesh import Faces, Geometry, Mesh
+from hydro.setup import elastic_below
 from hydro.state import State, worst_cell
 from hydro.terms import Term, Terms
 from hydro.terms.together import Given
@@ -83,7 +83,7 @@ class LagrangeRemap(Integrator):
             "cfl": deck.time.cfl,
             "limiter": deck.scheme.limiter,
             "tolerance": deck.time.tolerance,
-            "elastic_below": deck.gas.elastic_below,
+            "elastic_below": elastic_below(deck),
         }
 
     @staticmethod
@@ -99,7 +99,7 @@ class LagrangeRemap(Integrator):
         cfl: float = 0.8,
         limiter: str = "van_leer",
         tolerance: float = TOLERANCE,
-        elastic_below: float = ELASTIC_BELOW,
+        elastic_below: float = 0.0,
     ):
         if min(mesh.cells) < 2:
             raise ValueError(f"{mesh.cells} cells: two or more are needed in both directions")
