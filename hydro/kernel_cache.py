@@ -197,6 +197,14 @@ def _root() -> Path:
 
 def _prune(root: Path) -> None:
     """Forget all but the folders that were used last."""
-    by_age = sorted((path for path in root.iterdir() if path.is_dir()), key=lambda path: path.stat().st_mtime)
-    for stale in by_age[:-KEPT]:
+    ages = {path: age for path in root.iterdir() if (age := _age_of(path)) is not None}
+    for stale in sorted(ages, key=ages.__getitem__)[:-KEPT]:
         shutil.rmtree(stale, ignore_errors=True)
+
+
+def _age_of(folder: Path) -> float | None:
+    """When a folder was used last; None for what is none, or was removed by another process meanwhile."""
+    try:
+        return folder.stat().st_mtime if folder.is_dir() else None
+    except FileNotFoundError:
+        return None

@@ -136,3 +136,19 @@ def test_nothing_is_kept_of_a_file_that_changed_while_the_program_runs(tree, mon
 
 def test_nothing_is_kept_of_types_without_a_source():
     assert kernel_cache.sources_of({"no_such_module"}) is None
+
+
+def test_a_folder_that_another_process_removes_meanwhile_does_no_harm(tmp_path, monkeypatch):
+    for name in range(kernel_cache.KEPT + 3):
+        (tmp_path / str(name)).mkdir()
+    is_dir = Path.is_dir
+
+    def gone(path: Path) -> bool:
+        there = is_dir(path)
+        if path.name == "1" and there:
+            path.rmdir()
+        return there
+
+    monkeypatch.setattr(Path, "is_dir", gone)
+    kernel_cache._prune(tmp_path)
+    assert sum(1 for _ in tmp_path.iterdir()) == kernel_cache.KEPT
