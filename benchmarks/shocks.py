@@ -6,5 +6,5 @@ from hydro.verification.book import table_lines
 from hydro.verification.implicit import hard_shocks
 
 if __name__ == "__main__":
-    for table in hard_shocks(full=True).tables:
+    for table in hard_shocks(True).tables:
         print("\n".join(table_lines(table)))

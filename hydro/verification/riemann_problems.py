@@ -95,7 +95,8 @@ HARD = [
 
 def random_problems(count: int = 12, seed: int = 16) -> list[Problem]:
     """Problems without vacuum: log n uniform from 1e-4 to 0.85, u from -2 to 2, log T from 0.1 to 10."""
-    generator, problems = np.random.default_rng(seed), []
+    generator = np.random.default_rng(seed)
+    problems: list[Problem] = []
     while len(problems) < count:
         draws = generator.uniform(0.0, 1.0, (2, 3))
         sides = [thermal(1e-4 * 8500.0**n, 4.0 * u - 2.0, 0.1 * 100.0**T) for n, u, T in draws.tolist()]
