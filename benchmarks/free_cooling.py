@@ -2,7 +2,7 @@
 
 Forty starts on 48 x 48 cells, periodic in both directions: four densities, r = 0.8 and 0.9, five seeds of a velocity
 noise of 0.1; d/L_x = 0.005, viscosity 1, everything else by default. Each goes on until a grain has had 200 collisions
-on average. A row for each start, with what fell back on the way, and a last line on how many stopped before. With a third
+on average. A row for each start, with what fell back on the way; a last line says how many stopped before. With a third
 word nothing falls back: the second-order update is alone.
 """
 
