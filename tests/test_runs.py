@@ -20,6 +20,7 @@ from conftest import PROBLEMS, summary_of
 from hydro.cli import main
 from hydro.deck import load
 from hydro.driver.trackers import speed
+from hydro.dynamics import Godunov
 from hydro.dynamics.integrator import Integrator
 from hydro.gas import Grossman
 from hydro.output.checkpoint import read_checkpoint
@@ -157,8 +158,9 @@ def test_check_of_a_good_deck_does_not_warn(capsys):
     assert "warning" not in capsys.readouterr().out
 
 
-def test_a_failing_run_saves_its_last_good_state(tmp_path, capsys):
-    """Two streams that leave a vacuum behind: no step can succeed for long."""
+def test_a_failing_run_saves_its_last_good_state(tmp_path, capsys, monkeypatch):
+    """Two streams that leave a vacuum behind: no step of second order alone can succeed for long."""
+    monkeypatch.setattr(Godunov, "_careful_flow", Godunov._flow)
     deck = [str(PROBLEMS / "sod.toml"), "initial.left=[0.4,-3e3,1e-3]", "initial.right=[0.4,3e3,1e-3]"]
     folder = tmp_path / "vacuum"
     assert main([*deck, "mesh.cells=[50,4]", "--output", str(folder), "--quiet"]) == 3
