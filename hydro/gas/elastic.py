@@ -14,9 +14,7 @@ from __future__ import annotations
 
 from hydro.methods import formula
 
-ELASTIC_BELOW = (
-    1e-8  # T_e before a heated wall if a deck has none: grains 1e-4 times as fast as beside it
-)
+ELASTIC_BELOW = 1e-8  # T_e before a heated wall if a deck has none: grains 1e-4 times as fast as beside it
 
 
 @formula

@@ -239,7 +239,9 @@ class LagrangeRemap(Integrator):
                 self._velocity, work.foreseen(N), work.foreseen(P), halfway, h, drag, work.momentum, work.base[E]
             )
             self._cold.add_heat(heating, h)
-        self._shocks.resist(self._velocity, h, drag, work)
+        heating = self._shocks.resist(self._velocity, h, drag, work)
+        if heating is not None:
+            self._cold.add_heat(heating, h)
 
     def _find_heat(self) -> float:
         """Closures and the heat of the walls for the unknowns; returns the power of the walls."""

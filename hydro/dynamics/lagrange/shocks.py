@@ -77,16 +77,17 @@ class Shocks:
             self._flux.T, work.momentum.y.T,
         )  # fmt: skip
 
-    def resist(self, velocity: Faces, h: float, drag: float, work: Work) -> None:
-        """Artificial viscosity over `h`, into what the balances start from."""
+    def resist(self, velocity: Faces, h: float, drag: float, work: Work) -> np.ndarray | None:
+        """Artificial viscosity over `h`, into what the balances start from; returns its rate of heat, if any."""
         if not is_rough(self._geometry, velocity, self._sound):
-            return
+            return None
         self._viscosity = self._viscosity or BulkViscosity(self._boundary, self._mesh)
         density = work.ahead[N, GHOSTS:-GHOSTS]
         rough = self._viscosity.work
-        if find_viscosity(self._gas, self._geometry, density, self._sound, velocity, rough, self._viscosity.zeta):
-            halfway = 0.5 * (self._pressure + work.foreseen(P))
-            self._viscosity.resist(velocity, density, halfway, h, drag, work.momentum, work.base[E])
+        if not find_viscosity(self._gas, self._geometry, density, self._sound, velocity, rough, self._viscosity.zeta):
+            return None
+        halfway = 0.5 * (self._pressure + work.foreseen(P))
+        return self._viscosity.resist(velocity, density, halfway, h, drag, work.momentum, work.base[E])
 
     @property
     def pressure(self) -> np.ndarray:

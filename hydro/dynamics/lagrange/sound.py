@@ -48,9 +48,8 @@ class Unresolved:
     """The sound of a run that its steps did not resolve."""
 
     def __init__(self) -> None:
-        self.memory = np.zeros(
-            3
-        )  # its largest amplitude (zero: none), the fewest steps in a period, the shortest period
+        # Its largest amplitude (zero: none), the fewest steps in a period, the shortest period.
+        self.memory = np.zeros(3)
 
     def note(self, sound: Sound, dt: float) -> None:
         """A step of `dt` from a state with this sound."""

@@ -33,8 +33,8 @@ class BulkViscosity:
     def resist(
         self, velocity: Faces, density: np.ndarray, pressure: np.ndarray, h: float, drag: float, momentum: Faces,
         energy: np.ndarray,
-    ) -> None:  # fmt: skip
-        """Add its force and its heat over `h` to `momentum` of faces and `energy` of cells.
+    ) -> np.ndarray:  # fmt: skip
+        """Add its force and its heat over `h` to `momentum` of faces and `energy` of cells; returns the rate of heat.
 
         They are those of velocities that are implicit under `pressure`; `velocity` is where their search starts.
         """
@@ -47,3 +47,4 @@ class BulkViscosity:
         momentum.x[:] += h * a.force.x
         momentum.y[:] += h * a.force.y
         energy += h * a.power
+        return a.heating
