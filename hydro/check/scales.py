@@ -14,6 +14,7 @@ from hydro.dynamics.lagrange.sound import RESOLVED, Sound, foreseen_steps, resol
 from hydro.exact.cooling_modes import critical_wave_numbers
 from hydro.initial import initial_state
 from hydro.observables.cooling import cools_freely
+from hydro.setup import elastic_below
 from hydro.state import State
 
 VISCOUS_BYTES = 208  # more, where the gas has viscosity
@@ -89,6 +90,8 @@ def _time_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     driven = driven_temperature(deck, state)
     if driven > 0.0:
         found.append(Scale("wall temperature", driven, "of the driving wall, in the extended state"))
+    if (elastic := elastic_below(deck)) > 0.0 and deck.gas.L > 0.0:
+        found.append(Scale("elastic below", elastic, "temperature below which collisions lose nothing"))
     return found
 
 
