@@ -381,8 +381,8 @@ def correct_row(geometry, elastic_below, work, sums, density, energy, i, dt):
 
     With d the conducted heat per grain and time, and i = c T^(3/2) the loss, dT/dt = d - i; the loss over dt
     is the Taylor series of i along this trajectory. It is no good where the temperature changes by as much as
-    itself, beside a wall that is suddenly hot: there RKL2's own loss stands. The share of inelastic collisions stays
-    in a super-step, and is found anew after it.
+    itself, beside a wall that is suddenly hot: there RKL2's own loss stands. The share of inelastic collisions is the
+    mean of those before and after.
     """
     T, after, lost, cooling = work[START, i], work[LAST, i], work[LAST + LOST, i], work[COOLING, i]
     total = 0.0
@@ -396,7 +396,9 @@ def correct_row(geometry, elastic_below, work, sums, density, energy, i, dt):
         i3 = -1.5 * c * (0.25 * gain * gain * gain / (T[j] * root) + 1.5 * gain * i1 / root + root * i2)
         loss = dt * (i0 + dt * (0.5 * i1 + dt / 6.0 * (i2 + 0.25 * dt * i3)))
         loss = loss if abs(conducted) < 0.5 * T[j] else lost[j]
-        change, share = conducted - loss, inelastic_share(T[j], elastic_below)
+        share = inelastic_share(T[j], elastic_below)
+        loss *= 0.5 * (1.0 + inelastic_share(T[j] + conducted - loss, elastic_below) / share)
+        change = conducted - loss
         T[j] += change
         cooling[j] *= inelastic_share(T[j], elastic_below) / share
         energy[j] += density[j] * change
