@@ -46,6 +46,7 @@ NOT_RERUN = {
     "extending.md": "test_readme.py runs its programs; it prints no results",
     "fig3.md": "written by a program, minutes",
     "fig4.md": "written by a program, hours",
+    "free_cooling.md": "its runs and its forty starts take minutes",
     "grains.md": "its runs take minutes",
     "grains_fig4.md": "written by a program, hours",
     "grains_physics.md": "written by a program, hours",

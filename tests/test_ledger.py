@@ -86,7 +86,7 @@ def test_an_account_of_its_own_is_in_all_that_a_run_leaves(shaken, run_deck):
     summary = summary_of(folder)
     books = summary["energy_ledger"]
     assert code == 0
-    assert list(books) == ["wall", "collisions", "friction", "source", "shaking", "change", "residual"]
+    assert list(books) == ["wall", "collisions", "friction", "source", "internal", "shaking", "change", "residual"]
     assert books["shaking"] == pytest.approx(POWER * 2.0, rel=1e-12) and abs(books["residual"]) < 1e-11
     assert list(summary["steps_by"]) == ["sound", "remap", "error", "shaking", "dt_max", "rejection", "output"]
     assert summary["steps_by"]["shaking"] > 100

@@ -81,8 +81,8 @@ def test_heat_that_is_lost_in_round_off_is_no_heat(excess):
     state = State.of(gas, mesh, 0.1, 1.0, (0.3, 0.2))
     state.conserved[3, 2, 3] = (1.0 + excess) * state.kinetic_energy[2, 3]
     assert Godunov(gas, ElasticWall(), mesh).limits(state)["sound"] == 0.0
-    ahead = LagrangeRemap(gas, ElasticWall(), mesh)._work.ahead
-    assert unforeseen_change(gas, Geometry.of(mesh), state.conserved, ahead) == np.inf
+    work = LagrangeRemap(gas, ElasticWall(), mesh)._work
+    assert unforeseen_change(gas, Geometry.of(mesh), state.conserved, work) == np.inf
 
 
 def test_a_state_that_is_none_of_a_gas_is_not_saved(tmp_path, monkeypatch, capsys):

@@ -20,6 +20,7 @@ from hydro.choices import INITIAL_STATES
 from hydro.cli import main
 from hydro.deck import changed, dumps, load, parse
 from hydro.deck.sections import Range
+from hydro.dynamics import Godunov
 from hydro.errors import DeckError, NotInstalled
 from hydro.gas import Grossman
 from hydro.initial import initial_state
@@ -236,7 +237,7 @@ def test_what_a_source_gives_is_in_the_books(integrator):
     state = initial_state(deck)
     start, stepper = state.energy, integrator_of(deck, state)
     booked = [list(stepper.step(state, 1e-3).values()) for _ in range(5)]
-    wall, lost, rubbed, source = np.sum(booked, axis=0)
+    wall, lost, rubbed, source, _ = np.sum(booked, axis=0)
     assert abs(source) > 1e-5
     assert state.energy - start == pytest.approx(wall - lost - rubbed + source, abs=1e-14)
 
@@ -281,7 +282,8 @@ def test_limits_and_their_error_bars():
 
 def test_averages_over_coarser_cells_keep_mass_and_stretching():
     fine, coarse = (Mesh.rectangle((n, 2 * n), 2.0, stretch=3.0) for n in (12, 4))
-    fields = np.random.default_rng(0).random((4, *fine.cells))
+    fields = 0.2 + 0.3 * np.random.default_rng(0).random((4, *fine.cells))
+    fields[3] += 1.0
     saved = Checkpoint.of(State(Grossman(0.0, 0.0), fine, fields), "")
     means = averages(saved, coarse)
     for mean, field in zip(means, fields, strict=True):
@@ -363,8 +365,9 @@ def test_a_member_that_was_begun_goes_on_from_its_checkpoint(run_text):
     np.testing.assert_array_equal(again.conserved, ended.conserved)
 
 
-def test_a_level_that_fails_fails_the_study(run_text, capsys):
-    """Cold gas that is pushed together faster than sound has no step that keeps n below 1."""
+def test_a_level_that_fails_fails_the_study(run_text, capsys, monkeypatch):
+    """Cold gas that is pushed together faster than sound has no step of second order alone that keeps n below 1."""
+    monkeypatch.setattr(Godunov, "_careful_flow", Godunov._flow)
     crash = "base.initial={kind='riemann', left=[0.9, 100.0, 1e-9], right=[0.9, -100.0, 1e-9]}"
     scheme = ("base.scheme.limiter=mc", "base.scheme.riemann=hllc")  # with which it fails soon
     folder, code = run_text(CONVERGENCE, crash, "base.time.integrator=godunov", *scheme)

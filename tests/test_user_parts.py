@@ -132,7 +132,11 @@ def test_the_fields_of_a_closure_are_keys_of_its_gas(beside):
         ("gas.closure=my_gas.py", "gas.closure", "'my_gas.py' is not known; known: grossman"),
         ("wall.kind=my_gas.py:Lossy", "wall.kind", "Lossy lacks face, face_slopes: see hydro.walls.law.WallLaw"),
         ("initial.kind=my_wall.py:GivenFlux", "initial.kind", "must derive from hydro.initial.state.InitialState"),
-        ("gas.lossi=1", "gas.lossi", "unknown key; known: L, f, K, tau, gamma, mu, closure, viscosity, alpha, lossy"),
+        (
+            "gas.lossi=1",
+            "gas.lossi",
+            "unknown key; known: L, f, K, tau, gamma, mu, closure, viscosity, elastic_below, alpha, lossy",
+        ),
         ("gas.lossy=-1", "gas.lossy", "must be greater than 0"),
         ("gas.alpha=x", "gas.alpha", "'x' is not allowed; must be a number"),
         ("gas.steps=0.5", "gas.steps", "must be a whole number"),

@@ -90,7 +90,7 @@ def _time_scales(deck: EvolutionDeck, state: State) -> list[Scale]:
     driven = driven_temperature(deck, state)
     if driven > 0.0:
         found.append(Scale("wall temperature", driven, "of the driving wall, in the extended state"))
-    if (elastic := elastic_below(deck)) > 0.0 and deck.gas.L > 0.0:
+    if (elastic := elastic_below(deck)) > 0.0:
         found.append(Scale("elastic below", elastic, "temperature below which collisions lose nothing"))
     return found
 

@@ -262,7 +262,7 @@ class EvolutionDeck(RunDeck):
     def _check_clock(cls, output: EvolutionOutput, info: ValidationInfo) -> EvolutionOutput:
         box, gas = info.data.get("box"), info.data.get("gas")
         if output.collisions and box is not None and gas is not None:
-            cools = {"x", "y"} == set(box.periodic) and gas.L > 0.0 and gas.K > 0.0
+            cools = {"x", "y"} == set(box.periodic) and getattr(gas, "L", 0.0) > 0.0 and getattr(gas, "K", 0.0) > 0.0
             if not cools:
                 problem = 'collisions are counted where box.periodic has "x" and "y", and gas.L and gas.K are not 0'
                 raise broken_rule(problem, "output.collisions", output.collisions)

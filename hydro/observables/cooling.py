@@ -18,8 +18,9 @@ LEAST = 1e-13  # spread that is more than round-off
 def cools_freely(deck: Any) -> bool:
     """Whether the gas of a deck is periodic in both directions, on even cells, and cools."""
     gas, mesh = deck.gas, getattr(deck, "mesh", None)
-    periodic = {"x", "y"} == set(getattr(deck.box, "periodic", ()))
-    return periodic and mesh is not None and mesh.stretch == 1.0 and gas.L is not None and gas.L * gas.K > 0.0
+    periodic = {"x", "y"} == set(getattr(getattr(deck, "box", None), "periodic", ()))
+    cools = (getattr(gas, "L", None) or 0.0) * (getattr(gas, "K", None) or 0.0) > 0.0
+    return periodic and mesh is not None and mesh.stretch == 1.0 and cools
 
 
 class Structure(NamedTuple):

@@ -40,6 +40,7 @@ SOLVED = 1e-10  # largest relative error of pressure and temperature, by changes
 SHARE = 1e-3  # of what the first guess missed that may stay: little beside the error of the step
 SLOWEST = 0.99  # contraction of the iteration that this estimate reckons with; it takes the slowest in a step
 ITERATIONS = 40
+PATIENCE, ROUND_OFF = 8, 2e-15  # from then on changes below that, over the smallest gap 1 - n/n_p, are round-off
 STEPS_OF_FIG4 = 18.0  # over the root of the tolerance
 FIRST_STEP = 0.1  # of the time in which sound crosses a cell
 
@@ -269,6 +270,8 @@ class LagrangeRemap(Integrator):
                 enough = max(SOLVED, SHARE * change)
             rate = min(max(rate, change / before), SLOWEST)
             if change == 0.0 or (iteration > 0 and change * rate / (1.0 - rate) < enough):
+                return
+            if iteration >= PATIENCE and change < ROUND_OFF / float(self.gas.gap(work.density).min()):
                 return
         raise StepRejected(f"the implicit stage does not converge: last change {change:.2g}")
 

@@ -24,13 +24,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from hydro.dynamics.lagrange.extrapolation import TIGHT
 from hydro.dynamics.lagrange.workspace import Work
 from hydro.fields import MX, MY, E, N, P, U, V
 from hydro.gas import Closure
 from hydro.jit import inline, kernel
 from hydro.mesh import GHOSTS, Faces, Geometry, Mesh
 from hydro.terms.viscosity.artificial import BulkViscosity
-from hydro.walls.boundary import Boundary
+from hydro.walls.boundary import FLOW, HIGH, LOW, Boundary, Sides
 
 LINEAR = 0.5  # weight of the sound speed in the artificial viscosity
 ROUGH = (0.005, 0.01)  # rough part of a velocity jump, over the sound speed, where the viscosity sets in and is full
@@ -60,7 +61,9 @@ class Shocks:
         if self._surveyed:
             return
         find_sound(self._gas, conserved, self._pressure, self._sound)
-        self.rate = find_violence(self._geometry, conserved, self._pressure, self._sound, self._flux, work.violence)
+        self.rate = find_violence(
+            self._gas, self._geometry, conserved, self._pressure, self._sound, self._flux, work.violence
+        )
         self._surveyed = True
 
     def steer(self, limiter, velocity: Faces, h: float, work: Work) -> None:
@@ -86,6 +89,7 @@ class Shocks:
         rough = self._viscosity.work
         if not find_viscosity(self._gas, self._geometry, density, self._sound, velocity, rough, self._viscosity.zeta):
             return None
+        leave_streams_alone(self._boundary.sides, self._viscosity.zeta)
         halfway = 0.5 * (self._pressure + work.foreseen(P))
         return self._viscosity.resist(velocity, density, halfway, h, drag, work.momentum, work.base[E])
 
@@ -129,10 +133,11 @@ def find_sound(gas, conserved, pressure, sound):
 
 
 @kernel(exact=True)
-def find_violence(geometry, conserved, pressure, sound, own, violence):
+def find_violence(gas, geometry, conserved, pressure, sound, own, violence):
     """How violent cells are, from 0 to 1: as the most violent of them and their neighbours. own: work.
 
-    Returns the largest rate at which sound crosses one that is, or zero.
+    Returns the largest rate at which sound crosses one that is, or zero. Where grains are packed, a jump of pressure is
+    a small change of the gap, and sound as fast as the gap is small: there both count less.
     """
     nx, ny = pressure.shape
     found = False
@@ -144,7 +149,8 @@ def find_violence(geometry, conserved, pressure, sound, own, violence):
             mach = np.sqrt(u * u + v * v) / (n * sound[i, j])
             largest = 0.0
             for k, m in ((behind, j), (ahead, j), (i, below), (i, above)):
-                push = relative_jump(pressure[i, j], pressure[k, m])
+                gap = min(gas.gap(n), gas.gap(conserved[N, k, m]))
+                push = relative_jump(pressure[i, j], pressure[k, m]) * min(1.0, gap / TIGHT)
                 largest = max(largest, max(push, 0.25 * CONTRAST * mach * relative_jump(n, conserved[N, k, m])))
             own[i, j] = violence[i, j] = ramp(largest, VIOLENT)
             found |= own[i, j] > 0.0
@@ -158,7 +164,7 @@ def find_violence(geometry, conserved, pressure, sound, own, violence):
                 violence[i, j] = max(own[i, j], around)
                 if violence[i, j] > 0.0:
                     n, u, v = conserved[N, i, j], conserved[MX, i, j], conserved[MY, i, j]
-                    speed = np.sqrt(u * u + v * v) / n + sound[i, j]
+                    speed = np.sqrt(u * u + v * v) / n + sound[i, j] * np.sqrt(min(1.0, gas.gap(n) / TIGHT))
                     rate = max(rate, speed / min(geometry.dx[i], geometry.dy[j]))
     return rate
 
@@ -255,6 +261,13 @@ def find_viscosity(gas, geometry, density, sound, velocity, rough, zeta):
                 zeta[i, j] = n * speed * (rough_x + rough_y) / (in_x / dx + in_y / dy)
                 found = True
     return found
+
+
+def leave_streams_alone(sides: Sides, zeta: np.ndarray) -> None:
+    """No artificial viscosity in cells that gas streams into, or out of, through a side: its work would be nobody's."""
+    for end, place in ((LOW, 0), (HIGH, -1)):
+        zeta[place][sides.x[end, FLOW, :-1] != 0.0] = 0.0
+        zeta[:, place][sides.y[end, FLOW, :-1] != 0.0] = 0.0
 
 
 @inline(exact=True)
