@@ -271,7 +271,7 @@ class LagrangeRemap(Integrator):
             rate = min(max(rate, change / before), SLOWEST)
             if change == 0.0 or (iteration > 0 and change * rate / (1.0 - rate) < enough):
                 return
-            if iteration >= PATIENCE and change < ROUND_OFF / float(self.gas.gap(work.density).min()):
+            if iteration >= PATIENCE and change * float(self.gas.gap(work.density).min()) < ROUND_OFF:
                 return
         raise StepRejected(f"the implicit stage does not converge: last change {change:.2g}")
 
