@@ -7,9 +7,9 @@ import pytest
 
 from hydro.driver.march import march
 from hydro.dynamics import LagrangeRemap
-from hydro.dynamics.lagrange.shocks import Shocks
+from hydro.dynamics.lagrange.shocks import Shocks, find_sound, find_violence, may_be_violent
 from hydro.gas import Grossman
-from hydro.mesh import Mesh
+from hydro.mesh import Geometry, Mesh
 from hydro.state import State
 from hydro.terms.viscosity.artificial import BulkViscosity
 from hydro.verification.implicit import driven, exact_wave, implicit, start_of_fig4
@@ -147,3 +147,22 @@ def test_random_problems_have_solutions():
     problems = random_problems(3)
     assert [problem.name for problem in problems] == ["random 1", "random 2", "random 3"]
     assert all(problem.solution.pressure > 0.0 for problem in problems)
+
+
+def test_the_quick_look_misses_no_violent_cell():
+    """Random states, smooth to wild, with walls and without: what it calls smooth has no violent cell."""
+    rng, found = np.random.default_rng(16), 0
+    gas = Grossman(L=5e4, K=2e-3)
+    for trial in range(400):
+        mesh = Mesh.rectangle((5, 6), 1.0, 1.0, (bool(trial & 1), bool(trial & 2)))
+        size = 10.0 ** rng.uniform(-3.0, 0.0)
+        density = np.minimum(0.3 * np.exp(0.5 * size * rng.normal(size=mesh.cells)), 0.95)
+        temperature, velocity = np.exp(size * rng.normal(size=mesh.cells)), size * rng.normal(size=(2, *mesh.cells))
+        state = State.of(gas, mesh, density, temperature, tuple(velocity))
+        pressure, sound, own, violence = (np.zeros(mesh.cells) for _ in range(4))
+        find_sound(gas, state.conserved, pressure, sound)
+        rate = find_violence(gas, Geometry.of(mesh), state.conserved, pressure, sound, own, violence)
+        quick = may_be_violent(Geometry.of(mesh), state.conserved, pressure, sound)
+        assert quick or (rate == 0.0 and not violence.any())
+        found += quick and rate > 0.0
+    assert 100 < found < 300
