@@ -55,6 +55,8 @@ def cases() -> list[Case]:
     products, inf = itertools.product, math.inf
     return [
         Case(0.0235, 0.1, 200.0),
+        Case(0.1, 0.9, 20.0),
+        Case(0.1, 0.9, 200.0, 1.0),
         *(Case(*each) for each in products((0.03, 0.05, 0.1, 0.2, 0.3, 0.4), (0.1, 0.5, 0.9), (5.0, 200.0, inf))),
         *(Case(f, a, tau, 1.0) for f, a, tau in products((0.1, 0.3), (0.1, 0.9), (20.0, inf))),
         *(Case(f, a, tau, 0.0, THERMAL) for f, a, tau in products((0.1, 0.3), (0.1, 0.9), (20.0, inf))),

@@ -17,7 +17,7 @@ from hydro.observables.cooling import cools_freely
 from hydro.setup import elastic_below
 from hydro.state import State
 
-VISCOUS_BYTES = 208  # more, where the gas has viscosity
+VISCOUS_BYTES = 216  # more, where the gas has viscosity
 
 DENSE = 0.76  # largest density of the localized states of Figs. 3 and 4
 FAST = 0.3  # Mach number above which flow is more than a correction
