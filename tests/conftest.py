@@ -75,3 +75,13 @@ def pytest_terminal_summary(terminalreporter):
     """Name the versions that a test run was made with."""
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numba", "numpy", "scipy", "h5py", "pydantic"))
     terminalreporter.write_line(f"with Python {platform.python_version()}, {libraries}")
+
+
+def go_on_alike(first: Any, second: Any, state: Any) -> bool:
+    """Whether an integrator that is told what another remembers goes on as that does, bit for bit, for five steps."""
+    copy = state.copy()
+    second.remember(first.memory())
+    for integrator, each in ((first, state), (second, copy)):
+        for _ in range(5):
+            integrator.step(each, integrator.largest_step(each))
+    return bool((state.conserved == copy.conserved).all())
